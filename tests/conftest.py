@@ -34,5 +34,5 @@ def shared_data() -> Path:
     shared = Path(os.environ.get("CHEBID_SHARED") or PROJECT.parent / "shared")
     folder = shared / "data"
     if not folder.is_dir():
-        pytest.skip(f"the measured logs are not here: no folder {folder} (set CHEBID_SHARED to the folder that holds data/)")
+        pytest.skip(f"the measured logs are not here: no folder {folder}; set CHEBID_SHARED to the folder above data/")
     return folder
