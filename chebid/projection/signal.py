@@ -1,0 +1,114 @@
+"""`project`: one signal of one record, from samples to a `Series` with its quality."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.errors import NoAnswerError, Notice, Place
+from chebid.projection.choose import Setting, plan
+from chebid.projection.operator import Operator, Plan
+from chebid.projection.quality import TOLERATED_SHARE, end_length, energy_left_out, lag1_autocorrelation, noise_profile
+from chebid.projection.series import Series
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A projected signal: `t`, `x` (N,) the samples that were used, the operator that was applied, and the result."""
+
+    name: str
+    t: Array
+    x: Array
+    operator: Operator
+    series: Series
+
+    @property
+    def plan(self) -> Plan:
+        return self.operator.plan
+
+    def at(self, t: Array, order: int = 0) -> Array:
+        """The derivative (N,) at times t (N,); fast at the instants of the samples themselves."""
+        if t is self.t or (len(t) == len(self.t) and np.array_equal(t, self.t)):
+            return self.operator.at_samples(self.series, order)[:, 0]
+        return self.series(t, order)[:, 0]
+
+    @cached_property
+    def residual(self) -> Array:
+        """Samples less projection (N,), where an end effect does not disturb it."""
+        return self.x - self.at(self.t)
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of the noise on the samples: residual over its degrees of freedom, inside the ends."""
+        inner = self.valid(0)
+        return float(np.sqrt(np.mean(self.residual[inner] ** 2) / (1 - self.operator.freedom)))
+
+    @cached_property
+    def lag1_autocorrelation(self) -> float:
+        return lag1_autocorrelation(self.residual[self.valid(0)])
+
+    @cached_property
+    def energy_left_out(self) -> float:
+        """Share of the acceleration's energy above the bandwidth, noise removed."""
+        inner = self.valid(0)
+        fitted = self.x[inner] - self.residual[inner]
+        return energy_left_out(self.t[inner], fitted, self.residual[inner], self.plan.bandwidth)
+
+    def end_length(self, order: int = 2) -> float:
+        """Seconds at each end where the noise of the derivative is beyond twice its median."""
+        return end_length(self.operator, order)
+
+    def valid(self, order: int = 2) -> Array:
+        """Which samples (N,) lie outside the ends."""
+        return _inside(noise_profile(self.operator, order))
+
+    def notices(self) -> list[Notice]:
+        """Warnings that predict a bad identification (paper, introduction, on Pacheco and Steffen)."""
+        out = []
+        if self.energy_left_out > TOLERATED_SHARE:
+            out.append(
+                Notice(
+                    "wide_band",
+                    f"{100 * self.energy_left_out:.2g} % of the acceleration's energy lies above the bandwidth of "
+                    f"{self.plan.bandwidth:.3g} Hz: inertias will be biased; raise the bandwidth or excite more slowly",
+                    Place(column=self.name),
+                )
+            )
+        duration = float(self.t[-1] - self.t[0])
+        if self.end_length() > 0.1 * duration:
+            out.append(
+                Notice(
+                    "ends",
+                    f"accelerations are noisy within {self.end_length():.3g} s of the ends, {duration:.3g} s in all; "
+                    "those samples are marked invalid (a lower degree or fit 'smooth' keeps more)",
+                    Place(column=self.name),
+                )
+            )
+        return out
+
+
+def _inside(profile: Array) -> Array:
+    index = np.flatnonzero(profile <= 2.0)
+    out = np.zeros(len(profile), dtype=bool)
+    out[index[0] : index[-1] + 1] = True
+    return out
+
+
+def project(t: Array, x: Array, setting: Setting | Plan, name: str = "x") -> Projection:
+    """Project the samples x (N,) at t (N,) s; NaN samples are left out. `setting` may be a `Plan` already made.
+
+    Raises NoAnswerError when too few samples are left, and what `plan` raises.
+    """
+    good = np.isfinite(x)
+    if good.sum() < 4:
+        raise NoAnswerError(
+            f"only {int(good.sum())} usable samples",
+            hint="check the column for missing values",
+            place=Place(column=name),
+        )
+    if not good.all():
+        t, x = t[good], x[good]
+    chosen = setting if isinstance(setting, Plan) else plan(t, x, setting)
+    operator = Operator(t, chosen)
+    return Projection(name, t, x, operator, operator.fit(x))
