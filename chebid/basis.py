@@ -4,17 +4,18 @@ Coefficients are row vectors, as in the paper (eq. 7): x(tau) = sum_i c_i P_i(ta
 Arrays of coefficients carry the degree on their first axis: shape (n + 1, ...).
 
 Every family here obeys a three-term recurrence  P_{i+1} = alpha_i tau P_i - gamma_i P_{i-1}  and a derivative rule
-P_j' = b_j sum_{k < j, j - k odd} a_k P_k  (eq. 12 for Chebyshev I; the others: Abramowitz & Stegun, ch. 22), so a family is
-four sequences, a weight and the squared norms.
+P_j' = b_j sum_{k < j, j - k odd} a_k P_k  (eq. 12 for Chebyshev I; the others: Abramowitz & Stegun, ch. 22), so a
+family is four sequences, a weight and the squared norms.
 
 Source: Pham et al., JESA 46(6-7), 2012, eq. 1-14, 27, 28 and annex 5 (errata: eq. 1 starts at i = 0, eq. 12 is d/dtau).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from chebid.errors import UsageError
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Family:
-    """One family. `alpha`, `gamma`, `rise` (a) and `fall` (b) map an index array to the sequences of the module text."""
+    """One family: `alpha`, `gamma`, `rise` (a) and `fall` (b) map an index array to the sequences described above."""
 
     name: str
     alpha: Callable[[Array], Array]
@@ -78,7 +79,7 @@ class Family:
         return out
 
     def inner(self, f: Callable[[Array], Array], g: Callable[[Array], Array], nodes: int = 400) -> float:
-        """<f, g> = integral of f g weight over [-1, 1] (eq. 2) by Gauss-Legendre in theta = arccos tau, `nodes` points."""
+        """<f, g> = integral of f g weight over [-1, 1] (eq. 2): `nodes` Gauss-Legendre points in arccos tau."""
         x, w = np.polynomial.legendre.leggauss(nodes)
         theta = (x + 1) * np.pi / 2
         tau = np.cos(theta)
@@ -122,26 +123,32 @@ def family(name: str) -> Family:
     return FAMILIES[name]
 
 
-@cache
-def _to_chebyshev(name: str, degree: int) -> Array:
-    """Matrix (n + 1, n + 1), row i: Chebyshev coefficients of P_i, by interpolation at n + 1 Chebyshev points."""
-    theta = (np.arange(degree + 1) + 0.5) * np.pi / (degree + 1)
-    cosines = np.cos(np.outer(theta, np.arange(degree + 1)))
-    cosines[:, 1:] *= 2
-    return FAMILIES[name].values(np.cos(theta), degree).T @ cosines / (degree + 1)
+@lru_cache(maxsize=8)
+def _to_chebyshev(source: Family, degree: int) -> Array:
+    """Upper triangular matrix (n + 1, n + 1), column i: Chebyshev coefficients of P_i, by the recurrence of the family.
+
+    Multiplying by tau is  tau T_0 = T_1,  tau T_k = (T_{k+1} + T_{k-1}) / 2.
+    """
+    index = np.arange(degree + 1.0)
+    alpha, gamma = source.alpha(index), source.gamma(index)
+    columns = np.zeros((degree + 1, degree + 2))
+    columns[0, 0] = 1.0
+    for i in range(degree):
+        shifted = columns[i, :-1] / 2
+        shifted[0] *= 2
+        columns[i + 1, 1:] = alpha[i] * shifted
+        columns[i + 1, :-2] += alpha[i] * columns[i, 1:-1] / 2
+        columns[i + 1] -= gamma[i] * columns[i - 1] if i else 0.0
+    return columns[:, :-1].T
 
 
 def convert(coefficients: Array, source: Family, target: Family) -> Array:
-    """The same polynomials, coefficients (n + 1, ...), in another family. Exact up to rounding; O(n^2)."""
+    """The same polynomials, coefficients (n + 1, ...), in another family. Exact up to rounding; O(n^2) per signal."""
     if source is target:
         return coefficients
-    degree = len(coefficients) - 1
-    in_chebyshev = coefficients if source is CHEBYSHEV else np.tensordot(_lower(source, degree), coefficients, 1)
-    if target is CHEBYSHEV:
-        return in_chebyshev
-    flat = in_chebyshev.reshape(degree + 1, -1)
-    return np.linalg.solve(_lower(target, degree), flat).reshape(coefficients.shape)
-
-
-def _lower(source: Family, degree: int) -> Array:
-    return np.triu(_to_chebyshev(source.name, degree).T)
+    flat = coefficients.reshape(len(coefficients), -1)
+    if source is not CHEBYSHEV:
+        flat = _to_chebyshev(source, len(flat) - 1) @ flat
+    if target is not CHEBYSHEV:
+        flat = scipy.linalg.solve_triangular(_to_chebyshev(target, len(flat) - 1), flat)
+    return flat.reshape(coefficients.shape)

@@ -37,7 +37,8 @@ class Setting:
 def plan(t: Array, x: Array, setting: Setting) -> Plan:
     """The plan for one signal x (N,) at t (N,) s.
 
-    Raises UsageError when degree and bandwidth are both set or not positive, NoAnswerError when the record is too short.
+    Raises UsageError when degree and bandwidth are both set or not positive, NoAnswerError when the record is too
+    short.
     """
     if setting.degree is not None and setting.bandwidth is not None:
         raise UsageError(
@@ -71,7 +72,7 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
 
 
 def _smooth_plan(span: float, rate: float, bandwidth: float, basis: str) -> Plan:
-    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain frequency."""
+    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
     half_gain = bandwidth / _THREE_DB
     window = min(span, _DEGREES[0] / (1.5 * np.pi * half_gain))
     window = 2 * span / (max(1, round(2 * span / window - 1)) + 1)

@@ -61,8 +61,8 @@ def degree_modes(tau: Array, degree: int) -> DegreeModes:
 def penalty_modes(tau: Array, degree: int) -> PenaltyModes:
     """Modes of the penalised fits of degree n on samples at `tau` (N,), N > n >= 4.
 
-    A polynomial is a cubic plus the fourfold integral of y = sum_j y_j p_j, p_j orthonormal Legendre, so that the penalty
-    is |y|^2 exactly: nothing is differentiated, and the conditioning is that of integration.
+    A polynomial is a cubic plus the fourfold integral of y = sum_j y_j p_j, p_j orthonormal Legendre, so that the
+    penalty is |y|^2 exactly: nothing is differentiated, and the conditioning is that of integration.
     """
     parts = np.hstack([np.eye(degree + 1, PENALISED), _fourfold_integrals(degree)])
     q, r = np.linalg.qr(LEGENDRE.values(tau, degree) @ parts)

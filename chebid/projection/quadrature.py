@@ -1,14 +1,16 @@
 """Projection by the weighted inner product (eq. 9), exact for signals linear between samples (annex 5.1).
 
-Regrouped on the jumps of slope: with x'' = sum_j (s_j - s_{j-1}) delta(tau - tau_j), integrating <x, T_i> by parts twice
-leaves one sine sum per degree instead of the N (n + 1) integrals I_ij and J_ij. With theta = arccos tau, from the left
-end (theta = pi) to the right one (theta = 0), and slopes s_j = dx/dtau,
+Regrouped on the jumps of slope: with x'' = sum_j (s_j - s_{j-1}) delta(tau - tau_j), integrating <x, T_i> by parts
+twice leaves one sine sum per degree instead of the N (n + 1) integrals I_ij and J_ij. With theta = arccos tau, from the
+left end (theta = pi) to the right one (theta = 0), and slopes s_j = dx/dtau,
 
     <x, T_i> = (1/i) sum_j s_j [G_i(theta_j) - G_i(theta_{j+1})],      i >= 1
-    G_i(theta) = int sin(i u) sin(u) du = (sin((i-1) theta) / (i-1) - sin((i+1) theta) / (i+1)) / 2,   G_1 = theta/2 - sin(2 theta)/4
+    G_i(theta) = int sin(i u) sin(u) du = (sin((i-1) theta) / (i-1) - sin((i+1) theta) / (i+1)) / 2,
+    G_1(theta) = theta / 2 - sin(2 theta) / 4,
 
 which is the annex with its J_ij for i >= 2 corrected (the printed one lacks the i inside the second sine).
-Chebyshev II follows from <x, U_i>_II = (<x, T_i> - <x, T_{i+2}>) / 2; Legendre from (2 i + 1) P_i = P'_{i+1} - P'_{i-1}, twice.
+Chebyshev II follows from <x, U_i>_II = (<x, T_i> - <x, T_{i+2}>) / 2; Legendre from
+(2 i + 1) P_i = P'_{i+1} - P'_{i-1}, twice.
 """
 
 import numpy as np
@@ -18,7 +20,7 @@ from chebid.projection.sums import circle, power_sums
 
 
 def quadrature_coefficients(tau: Array, x: Array, degree: int, family: Family = CHEBYSHEV) -> Array:
-    """Coefficients (n + 1, J) of eq. 9 for x (N, J) at tau (N,) increasing, extended as constant to the ends of [-1, 1]."""
+    """Coefficients (n + 1, J) of eq. 9 for x (N, J) at tau (N,) increasing, held constant beyond the first and last."""
     index = np.arange(degree + 1.0)
     if family is LEGENDRE:
         products = _legendre_products(tau, x, degree)

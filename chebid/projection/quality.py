@@ -62,4 +62,5 @@ def energy_left_out(t: Array, fitted: Array, residual: Array, bandwidth: float) 
 
 def _spectrum(x: Array, rate: float, length: int) -> tuple[Array, Array]:
     # a window whose side lobes fall fast: position spectra span ten decades
-    return scipy.signal.welch(x, rate, window="blackmanharris", nperseg=length, detrend="linear")
+    f, power = scipy.signal.welch(x, rate, window="blackmanharris", nperseg=length, detrend=scipy.signal.detrend)
+    return f, power
