@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from chebid.errors import InputError, Place
 from chebid.formats import Table, base_name
+from chebid.log.findings import Findings
 from chebid.log.record import LogSpec
 
 TIMES = (
@@ -37,7 +38,12 @@ class Choice:
 
 
 def choose(
-    table: Table, spec: LogSpec, joints: Sequence[str] | None, signals: Sequence[str] | None, need_torque: bool
+    table: Table,
+    spec: LogSpec,
+    joints: Sequence[str] | None,
+    signals: Sequence[str] | None,
+    need_torque: bool,
+    findings: Findings,
 ) -> Choice:
     """Pick the columns for a model with `joints`, or all signals without one.
 
@@ -45,7 +51,7 @@ def choose(
     """
     time = _time(table, spec)
     if joints is None:
-        names = _named(table, signals) if signals else _all(table, time)
+        names = _named(table, signals) if signals else _all(table, time, findings)
         return Choice(time, names, None, None)
     position = _named(table, spec.position or _default(table, joints, "q", ""))
     torque = _torque(table, spec, joints, need_torque)
@@ -88,17 +94,22 @@ def _grows(values: NDArray[np.float64]) -> bool:
     return len(values) > 2 and bool((np.diff(values) > 0).all())
 
 
-def _all(table: Table, time: str | None) -> tuple[str, ...]:
+def _all(table: Table, time: str | None, findings: Findings) -> tuple[str, ...]:
     """Every numeric column as long as the time column (or as the longest one) but the time."""
-    lengths = {name: len(table.column(name)) for name in table.names if name not in table.text}
-    length = lengths[time] if time in lengths else max(lengths.values(), default=0)
-    names = tuple(
-        name for name, count in lengths.items() if count == length and name != time and name not in table.nameless
-    )
+    columns = {name: table.column(name) for name in table.names if name not in table.text}
+    length = len(columns[time]) if time in columns else max((len(column) for column in columns.values()), default=0)
+    names = []
+    for name, column in columns.items():
+        if len(column) != length or name == time or name in table.nameless:
+            continue
+        if np.isfinite(column).mean() < 0.5:
+            findings.note("left_out", "more than half of this column is missing: left out", column=name)
+        else:
+            names.append(name)
     if not names:
         place = Place(file=table.shown)
         raise InputError("no numeric column besides the time", hint="export the signals too", place=place)
-    return names
+    return tuple(names)
 
 
 def _named(table: Table, names: Sequence[str]) -> tuple[str, ...]:

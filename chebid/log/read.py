@@ -1,9 +1,9 @@
 """`read_log`: a file to a checked Log."""
 
 import hashlib
-import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from chebid.errors import InputError, Place
 from chebid.formats import Table, read_table
+from chebid.log import channels
 from chebid.log.choice import Choice, choose
 from chebid.log.clock import Clock, even_clock, read_clock
 from chebid.log.findings import Findings
 from chebid.log.gains import apply_gain, gain_matrix
 from chebid.log.record import Log, LogSpec, Record
+from chebid.log.stretches import POSITION, SHORTEST, SIGNAL, TORQUE, Column, Manner, check_column
 
-SHORTEST = 20  # samples of a record that anything can be learnt from
+Array = NDArray[np.float64]
 
 
 def read_log(
@@ -32,40 +34,86 @@ def read_log(
     """Read the log `path` for a model with `joints`, or, without `joints`, all its signals (or those named).
 
     `name` is what messages call the file (default: its path as given). Torque is None when the log has none, unless
-    it is needed. Raises InputError when the file cannot be used.
+    it is needed. Raises InputError when the file cannot be used, with the place of the first reason.
     """
     path = Path(path)
     spec = spec or LogSpec()
     table = read_table(path, name=name)
     findings = Findings(table.shown, list(table.notices))
-    choice = choose(table, spec, joints, signals, need_torque)
+    choice = choose(table, spec, joints, signals, need_torque, findings)
     logged = _take(table, choice)
-    clock = _clock(table, choice, spec, len(logged.position), findings)
-    records = _records(logged, clock, spec, joints, table, findings)
+    clock = _clock(table, choice, spec, logged, findings)
+    logged = logged.only(clock.keep)
+    gains = _Gains.of(spec, None if joints is None else len(joints), logged)
+    cuts = _check(logged, choice, clock, gains, findings)
+    records = _records(logged, replace(clock, cuts=cuts), gains, findings)
     names = tuple(joints) if joints is not None else choice.position
     return Log(path, _sha256(path), names, records, tuple(findings.notices))
 
 
-@dataclass
-class Logged:
-    """Columns as logged, (N, columns) each."""
+@dataclass(frozen=True)
+class _Logged:
+    """Columns as logged, (N, columns) each, and the rows (N,) they stand in."""
 
-    position: NDArray[np.float64]
-    torque: NDArray[np.float64] | None
-    reference: NDArray[np.float64] | None
+    position: Array
+    torque: Array | None
+    reference: Array | None
+    rows: NDArray[np.int64]
+
+    def only(self, keep: NDArray[np.int64]) -> "_Logged":
+        """Some of the samples."""
+        parts = (self.position, self.torque, self.reference)
+        position, torque, reference = (None if part is None else part[keep] for part in parts)
+        assert position is not None
+        return _Logged(position, torque, reference, self.rows[keep])
+
+    def everything(self) -> Array:
+        """All columns side by side."""
+        return np.concatenate(
+            [part for part in (self.position, self.torque, self.reference) if part is not None], axis=1
+        )
 
 
-def _take(table: Table, choice: Choice) -> Logged:
+@dataclass(frozen=True)
+class _Gains:
+    """Matrices (joints, columns) from logged to SI units; `joints` is None when nothing is known of the columns."""
+
+    joints: int | None
+    position: Array
+    torque: Array | None
+    offset: float | tuple[float, ...]
+
+    @classmethod
+    def of(cls, spec: LogSpec, joints: int | None, logged: _Logged) -> "_Gains":
+        count = logged.position.shape[1]
+        if joints is None:
+            return cls(None, np.eye(count), None, 0.0)
+        if np.size(spec.position_offset) not in (1, joints):
+            raise InputError(
+                f"holds {np.size(spec.position_offset)} numbers for {joints} joints",
+                hint="give one number, or one per joint",
+                place=Place(key="log: position_offset"),
+            )
+        torque = None
+        if logged.torque is not None:
+            torque = gain_matrix(spec.torque_gain, joints, logged.torque.shape[1], "torque_gain")
+        return cls(
+            joints, gain_matrix(spec.position_gain, joints, count, "position_gain"), torque, spec.position_offset
+        )
+
+
+def _take(table: Table, choice: Choice) -> _Logged:
     """The chosen columns side by side. Raises InputError when they differ in length."""
-    length = len(table.column(choice.time or choice.position[0]))
+    first = choice.time or choice.position[0]
+    length = len(table.column(first))
 
-    def beside(names: tuple[str, ...] | None) -> NDArray[np.float64] | None:
+    def beside(names: tuple[str, ...] | None) -> Array | None:
         if names is None:
             return None
         for name in names:
             if len(table.column(name)) != length:
                 raise InputError(
-                    f"has {len(table.column(name))} samples where '{choice.time or choice.position[0]}' has {length}",
+                    f"has {len(table.column(name))} samples where '{first}' has {length}",
                     hint="name columns of one length in the model file's log: section",
                     place=Place(file=table.shown, column=name),
                 )
@@ -73,42 +121,82 @@ def _take(table: Table, choice: Choice) -> Logged:
 
     position = beside(choice.position)
     assert position is not None
-    return Logged(position, beside(choice.torque), beside(choice.reference))
+    return _Logged(position, beside(choice.torque), beside(choice.reference), table.rows(length))
 
 
-def _clock(table: Table, choice: Choice, spec: LogSpec, count: int, findings: Findings) -> Clock:
+def _clock(table: Table, choice: Choice, spec: LogSpec, logged: _Logged, findings: Findings) -> Clock:
     if choice.time is None:
         assert spec.rate is not None
-        return even_clock(count, spec.rate)
-    return read_clock(table.column(choice.time), choice.time, table.rows(count), findings)
+        return even_clock(len(logged.rows), spec.rate)
+    stamps = table.column(choice.time)
+    return read_clock(stamps, choice.time, spec.rate, logged.everything(), logged.rows, findings)
 
 
-def _records(
-    logged: Logged, clock: Clock, spec: LogSpec, joints: Sequence[str] | None, table: Table, findings: Findings
-) -> tuple[Record, ...]:
-    """Cut at the seams and convert to SI units."""
-    rows = table.rows(len(logged.position))
-    edges = [0, *clock.cuts, len(clock.t)]
+def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:
+    """All checks of the columns, which are cleaned in place; returns every place where a record begins."""
+    rows = logged.rows
+    model = gains.joints is not None
+    limit = channels.ABSURD_POSITION if model else channels.ABSURD_SIGNAL
+    if len(rows) < SHORTEST:
+        message = f"holds {len(rows)} samples, fewer than {SHORTEST}"
+        raise findings.error(message, "record a longer log", row=rows[-1] if len(rows) else None)
+    logged.position[:] = channels.check_missing(logged.position, choice.position, rows, findings)
+    channels.check_magnitude(logged.position, choice.position, gains.position, limit, rows, findings)
+    channels.check_motion(logged.position, choice.position, rows, findings, needed=model)
+    if model:
+        channels.check_units(logged.position, choice.position, gains.position, rows, findings)
+    if logged.torque is not None and choice.torque is not None and gains.torque is not None:
+        logged.torque[:] = channels.check_missing(logged.torque, choice.torque, rows, findings)
+        channels.check_magnitude(logged.torque, choice.torque, gains.torque, channels.ABSURD_TORQUE, rows, findings)
+        channels.check_motion(logged.torque, choice.torque, rows, findings, needed=False)
+        channels.check_saturation(logged.torque, choice.torque, rows, findings)
+        channels.check_mixed_up(logged.position, choice.position, logged.torque, choice.torque, findings)
+    return _check_in_time(logged, choice, clock, gains, findings)
+
+
+def _check_in_time(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:
+    """The checks along time: positions first, for their seams, then torques."""
+    cuts = set(clock.cuts)
+
+    def check(values: Array, names: tuple[str, ...], manner: Manner, gain: Array | None) -> None:
+        for place, name in enumerate(names):
+            column = Column(name, clock.t, values[:, place].copy(), logged.rows, findings)
+            turn = [2 * np.pi, 360.0]
+            if gain is not None and np.count_nonzero(gain[:, place]) == 1:
+                turn.append(2 * np.pi / float(np.abs(gain[:, place]).max()))
+            found = check_column(column, sorted(clock.cuts), manner, turn if manner is not TORQUE else ())
+            values[:, place] = column.x
+            cuts.update(found)
+
+    check(logged.position, choice.position, POSITION if gains.joints is not None else SIGNAL, gains.position)
+    if logged.torque is not None and choice.torque is not None:
+        check(logged.torque, choice.torque, TORQUE, None)
+    return tuple(sorted(cuts))
+
+
+def _records(logged: _Logged, clock: Clock, gains: _Gains, findings: Findings) -> tuple[Record, ...]:
+    """Cut at the seams, leave out what is too short, convert to SI units."""
     records = []
-    for low, high in itertools.pairwise(edges):
-        keep = clock.keep[low:high]
-        if len(keep) < SHORTEST:
-            continue
-        q = logged.position[keep]
-        tau = None if logged.torque is None else logged.torque[keep]
-        reference = None if logged.reference is None else logged.reference[keep]
-        if joints is not None:
-            count = len(joints)
-            gain = gain_matrix(spec.position_gain, count, q.shape[1], "position_gain")
-            q = apply_gain(q, gain, spec.position_offset)
-            if tau is not None:
-                tau = apply_gain(tau, gain_matrix(spec.torque_gain, count, tau.shape[1], "torque_gain"))
-            if reference is not None:
-                reference = apply_gain(reference, gain, spec.position_offset)
-        records.append(Record(clock.t[low:high], q, tau, reference, rows[keep]))
+    for low, high in pairwise([0, *clock.cuts, len(clock.t)]):
+        if high - low >= SHORTEST:
+            records.append(_record(logged.only(np.arange(low, high)), clock.t[low:high], gains))
+        else:
+            ends = logged.rows[low], logged.rows[high - 1]
+            message = f"a record of {high - low} samples, too short to use: left out"
+            findings.note("short_record", message, row=ends[0], row_end=ends[1])
     if not records:
-        raise findings.error(f"no stretch of {SHORTEST} samples without interruption", "record a longer log")
+        message = f"no stretch of {SHORTEST} samples without interruption"
+        raise findings.error(message, "look at the warnings about the time column; record a longer log")
     return tuple(records)
+
+
+def _record(logged: _Logged, t: Array, gains: _Gains) -> Record:
+    if gains.joints is None:
+        return Record(t, logged.position, None, None, logged.rows)
+    q = apply_gain(logged.position, gains.position, gains.offset)
+    tau = None if logged.torque is None or gains.torque is None else apply_gain(logged.torque, gains.torque)
+    reference = None if logged.reference is None else apply_gain(logged.reference, gains.position, gains.offset)
+    return Record(t, q, tau, reference, logged.rows)
 
 
 def _sha256(path: Path) -> str:

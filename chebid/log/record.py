@@ -74,12 +74,12 @@ class Log:
 
 
 def is_uniform(t: NDArray[np.float64]) -> bool:
-    """Whether stamps (N,) lie on an even grid: within their resolution, where that is below 1 % of the step."""
+    """Whether stamps (N,) lie on an even grid: within their resolution, if below 1 % of a step, or 0.02 % of a step."""
     if len(t) < 3:
         return True
     step = (t[-1] - t[0]) / (len(t) - 1)
     off = np.abs(t - (t[0] + step * np.arange(len(t)))).max()
-    return bool(off <= max(min(stamp_resolution(t), 1e-2 * step), 1e-5 * step))
+    return bool(off <= max(min(stamp_resolution(t), 1e-2 * step), 2e-4 * step))
 
 
 def stamp_resolution(t: NDArray[np.float64]) -> float:

@@ -1,0 +1,94 @@
+"""Held samples: a sensor slower than the logger, and stretches in which it stood still while the joint moved on.
+
+A value that repeats is held, rather than at rest, when the joint moves on both sides of it, the same way, and the next
+step makes up for the ones that are missing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chebid.log.roughness import Array, resolution, roughness, usual_noise
+
+_REACH = 8  # samples on either side over which the joint's pace is taken; more for longer stretches
+_COUNTS = 3.0  # counts per sample from which a joint must change from sample to sample
+_PACE = 0.02  # of the log's fastest motion, below which nothing is said
+_MADE_UP = 0.6  # share of the missing steps that the next one makes up for
+_SHORTEST = 3  # repeats of a frozen stretch
+_SLOW = 0.2  # share of repeats from which the sensor is called slower than the logger
+_SOME = 0.02  # share of repeats worth a word
+_ENOUGH = 50  # moving samples from which a share means something
+
+
+@dataclass(frozen=True)
+class Held:
+    """Repeats of a moving joint.
+
+    `share` of its samples that repeat the one before, `example` the first of these; `frozen` as (first, end) of the
+    samples to leave out.
+    """
+
+    share: float = 0.0
+    example: int = 0
+    frozen: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def slow(self) -> bool:
+        """Whether the sensor is slower than the logger."""
+        return self.share >= _SLOW
+
+    @property
+    def notable(self) -> bool:
+        """Whether the repeats are worth a word."""
+        return self.share >= _SOME
+
+
+def find_held(t: Array, x: Array) -> Held:
+    """Repeats in `x` (N,) at stamps `t` (N,) where the joint moves too fast for them."""
+    if len(x) < 4 * _REACH:
+        return Held()
+    least = _least_pace(t, x)
+    first, end = _runs(np.diff(x) == 0)
+    held = _is_held(x, first, end, least)
+    first, end = first[held], end[held]
+    if len(first) == 0:
+        return Held()
+    length = end - first
+    moving = int((np.abs(x[_REACH:] - x[:-_REACH]) / _REACH > least[_REACH:]).sum())
+    share = float(length.sum() / max(moving, _ENOUGH))
+    longest = 4 * float(np.median(length)) + _SHORTEST if share >= _SLOW else _SHORTEST - 1
+    frozen = tuple((int(a) + 1, int(b) + 1) for a, b in zip(first, end, strict=True) if b - a > longest)
+    return Held(share, int(first[0]) + 1, frozen)
+
+
+def _least_pace(t: Array, x: Array) -> Array:
+    """Change per sample (N,) from which a moving joint cannot repeat a value."""
+    fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
+    return np.maximum(_COUNTS * np.maximum(resolution(x), usual_noise(roughness(t, x))), _PACE * fastest)
+
+
+def _runs(same: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Stretches of steps in which `same` holds: their firsts and their ends."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(np.int8)))
+    return edges[::2], edges[1::2]
+
+
+def _is_held(x: Array, first: NDArray[np.intp], end: NDArray[np.intp], least: Array) -> NDArray[np.bool_]:
+    """Which stretches of repeats the joint moved on in: x[first] to x[end] are equal, the next step makes up."""
+    length = end - first
+    reach = np.maximum(_REACH, 3 * (length + 1))
+    inside = (first >= reach) & (end + 1 + reach < len(x))
+    first, end, length, reach = first[inside], end[inside], length[inside], reach[inside]
+    before = (x[first] - x[first - reach]) / reach
+    after = (x[end + 1 + reach] - x[end + 1]) / reach
+    made_up = x[end + 1] - x[end]
+    pace = np.minimum(np.abs(before), np.abs(after))
+    held = np.zeros(len(inside), dtype=bool)
+    held[inside] = (
+        (np.sign(before) == np.sign(made_up))
+        & (np.sign(after) == np.sign(made_up))
+        & (pace > least[first])
+        & (np.abs(made_up) >= _MADE_UP * (length + 1) * pace)
+    )
+    return held

@@ -1,0 +1,99 @@
+"""Jumps of position that no velocity explains: turns of an angle, short excursions, and seams between records.
+
+A jump is a step several times as fast as the log's fastest motion (the speed that one step in a thousand
+exceeds), alone among its neighbours, and of more than a few encoder counts. By a whole turn of an angle that stays
+within one turn it is a wrap, and undone. Out and back within a moment it is an excursion of the sensor, and left out.
+Any other is a seam: what follows is another record.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chebid.log.roughness import Array, resolution, roughness, usual_noise
+
+_RARE = 1e-3  # share of the steps that may be faster than "the fastest motion"
+_COUNTS = 3.5  # encoder counts that a jump exceeds
+_NOISE = 10.0  # deviations of noise that a jump exceeds
+_MOMENT = 50  # samples of an excursion, unless it is flat
+_END = 5  # samples beside an end that are an excursion rather than a record
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """Places in one column: `cuts` where a new record begins, `excursions` as (first, end) of samples to leave out."""
+
+    cuts: tuple[int, ...]
+    excursions: tuple[tuple[int, int], ...]
+
+
+def find_jumps(t: Array, x: Array, faster: float) -> Jumps:
+    """The jumps of `x` (N,) at stamps `t` (N,): steps `faster` times as fast as its fastest motion."""
+    if len(x) < 2 * _END:
+        return Jumps((), ())
+    speed = np.diff(x) / np.diff(t)
+    fastest = _fastest(np.abs(speed))
+    least = np.maximum(_COUNTS * resolution(x)[1:], _NOISE * usual_noise(roughness(t, x)))
+    fast = (np.abs(speed) > faster * fastest) & (np.abs(np.diff(x)) > least)
+    places = [int(place) + 1 for place in np.flatnonzero(fast) if not _has_company(speed, fast, int(place))]
+    cuts, excursions, rest = [], [], places
+    while rest:
+        first, *rest = rest
+        low, end = _excursion(t, x, first, rest, faster * fastest, least[first - 1])
+        if end > low:
+            excursions.append((low, end))
+            rest = [place for place in rest if place > end]
+        else:
+            cuts.append(first)
+    return Jumps(tuple(cuts), tuple(excursions))
+
+
+def _fastest(speed: Array) -> float:
+    """The speed that one step in a thousand exceeds, and that the five fastest do."""
+    return float(np.quantile(speed, 1.0 - min(max(_RARE, 5.0 / len(speed)), 0.5)))
+
+
+def _has_company(speed: Array, fast: NDArray[np.bool_], place: int) -> bool:
+    """Whether the next step is as fast in the same direction: a real motion, however short."""
+    near = [other for other in (place - 1, place + 1) if 0 <= other < len(speed)]
+    return any(fast[other] and speed[other] * speed[place] > 0 for other in near)
+
+
+def _excursion(t: Array, x: Array, first: int, later: Sequence[int], speed: float, least: float) -> tuple[int, int]:
+    """The samples that left with the jump at `first` and came back with a later one; empty when none did."""
+    if first <= _END:
+        return 0, first
+    for back in later:
+        bridged = abs(x[back] - x[first - 1]) <= speed * (t[back] - t[first - 1]) + least
+        if bridged and (back - first <= _MOMENT or np.ptp(x[first:back]) == 0):
+            return first, back
+    if len(x) - first <= _END:
+        return first, len(x)
+    return 0, 0
+
+
+def unwrap(x: Array, periods: Sequence[float]) -> tuple[Array, float, NDArray[np.intp]]:
+    """Undo the turns of an angle: the continuous values, the period (0 when there was none), the places of the turns.
+
+    An angle is wrapped when it stays within one period, jumps by it, and moves across the jump as it does elsewhere.
+    """
+    step = np.diff(x)
+    for period in _fitting(x, step, periods):
+        turns = np.rint(step / period)
+        inner = np.abs(step - turns * period)
+        places = np.flatnonzero(turns)
+        usual = float(np.quantile(np.delete(inner, places), 0.999))
+        if (inner[places] <= 2.0 * usual + 1e-3 * period).all():
+            return x - period * np.concatenate([[0.0], np.cumsum(turns)]), period, places + 1
+    return x, 0.0, np.array([], dtype=np.intp)
+
+
+def _fitting(x: Array, step: Array, periods: Sequence[float]) -> Iterator[float]:
+    """The periods that `x` stays within and jumps by."""
+    reach = float(np.ptp(x)) if len(x) else 0.0
+    largest = float(np.abs(step).max()) if len(step) else 0.0
+    for period in periods:
+        if reach <= 1.02 * period and 0.7 * period < largest < 1.02 * period and len(step) > 20:
+            yield period
