@@ -1,0 +1,84 @@
+"""The command line: options in, one call, one rendering out. No mathematics, and nothing heavy at import time."""
+
+import os
+import sys
+
+import typer
+
+from chebid.cli.compare import compare
+from chebid.cli.derive import derive
+from chebid.cli.identify import identify
+from chebid.cli.predict import predict
+from chebid.cli.project import project
+from chebid.errors import ChebidError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
+    epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
+)
+for command in (project, derive, identify, predict, compare):
+    app.command()(command)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: bool = typer.Option(False, "--version", help="Print the version and stop.")) -> None:
+    if version:
+        from chebid import __version__
+
+        typer.echo(f"chebid {__version__}")
+        raise typer.Exit
+
+
+def main() -> None:
+    """Entry point of the console script: run, and end with the exit status of the agreement."""
+    # small problems are slower on two threads than on one, and on a busy machine far slower
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    arguments = sys.argv[1:]
+    debug, quiet = "--debug" in arguments, "--quiet" in arguments
+    os.environ["CHEBID_QUIET"] = "1" if quiet else ""
+    arguments = [argument for argument in arguments if argument not in ("--debug", "--quiet")]
+    sys.exit(_run(arguments, debug))
+
+
+def _run(arguments: list[str], debug: bool) -> int:
+    try:
+        result = app(args=arguments, prog_name="chebid", standalone_mode=False)
+        sys.stdout.flush()
+        return result if isinstance(result, int) else 0
+    except ChebidError as err:
+        if debug:
+            raise
+        return _report(str(err), err.hint, err.status)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        return _report("interrupted", "nothing was written", 130)
+    except MemoryError:
+        return _report("not enough memory", "use a part of the log, or a machine with more memory", 1)
+    except Exception as err:
+        return _unexpected(err, debug)
+
+
+def _unexpected(err: Exception, debug: bool) -> int:
+    """Wrong usage as the option parser reports it; anything else is a bug, and says so."""
+    message = getattr(err, "format_message", None)
+    if callable(message):
+        return _report(message(), "see chebid --help, or chebid COMMAND --help", 2)
+    if type(err).__name__ == "Abort":
+        return _report("stopped", "nothing was written", 1)
+    if debug:
+        raise err
+    return _report(f"{type(err).__name__}: {err}", "this is a bug in chebid: run again with --debug and report it", 1)
+
+
+def _report(message: str, hint: str, status: int) -> int:
+    one_line = " ".join(message.split())
+    sys.stderr.write(f"error: {one_line}\nhint: {' '.join(hint.split())}\n")
+    return status

@@ -1,0 +1,137 @@
+"""What all commands share: options, output, warnings."""
+
+import json
+import math
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from chebid.errors import Notice, Place, UsageError
+from chebid.files import write_with
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from chebid.log import Log
+    from chebid.model import Model
+
+LogPath = Annotated[
+    Path, typer.Argument(metavar="LOG", help="CSV, TSV, Parquet, MAT, NPZ or HDF5.", show_default=False)
+]
+LogPaths = Annotated[
+    list[Path], typer.Argument(metavar="LOG...", help="CSV, TSV, Parquet, MAT, NPZ or HDF5.", show_default=False)
+]
+ModelOption = Annotated[Path | None, typer.Option("--model", "-m", metavar="MODEL", help="Model file (YAML).")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+Out = Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write the result there.")]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw a figure (png, svg or pdf).")]
+Force = Annotated[bool, typer.Option("--force", help="Replace existing output files.")]
+Fit = Annotated[str | None, typer.Option("--fit", metavar="FIT", help="lsq, quadrature or smooth.")]
+Basis = Annotated[str, typer.Option("--basis", metavar="BASIS", help="chebyshev, chebyshev2 or legendre.")]
+Degree = Annotated[
+    int | None, typer.Option("--degree", "-n", metavar="N", help="Degree on the whole record, as in the paper.")
+]
+Bandwidth = Annotated[
+    float | None, typer.Option("--bandwidth", "-b", metavar="HZ", help="Pass everything up to this frequency.")
+]
+Signals = Annotated[
+    list[str] | None, typer.Option("--signal", "-s", metavar="NAME", help="Column to use; repeat for several.")
+]
+
+
+def emit_json(document: Any) -> None:
+    """Print one JSON document; NaN and infinity become null."""
+    sys.stdout.write(json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    """Numpy values and arrays as Python ones, paths as text, non-finite numbers as None."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, str | bool | int | None):
+        return value
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return str(value)
+
+
+def warn(notices: Iterable[Notice]) -> None:
+    """Warnings to stderr, one line each, each once."""
+    if os.environ.get("CHEBID_QUIET"):
+        return
+    for text in dict.fromkeys(str(notice) for notice in notices):
+        sys.stderr.write(f"warning: {text}\n")
+
+
+def say(text: str) -> None:
+    """A remark on stderr."""
+    if not os.environ.get("CHEBID_QUIET"):
+        sys.stderr.write(text + "\n")
+
+
+def write_table(frame: "pd.DataFrame", path: Path, force: bool) -> None:
+    """Write a table as CSV, TSV (also .gz) or Parquet, by suffix; whole or not at all."""
+    suffix = "".join(path.suffixes[-2:]) if path.suffix == ".gz" else path.suffix
+    separators = {".csv": ",", ".tsv": "\t", ".csv.gz": ",", ".tsv.gz": "\t"}
+    if suffix in separators:
+        packing = {"method": "gzip", "mtime": 0} if suffix.endswith(".gz") else None
+        write_with(
+            path,
+            lambda beside: frame.to_csv(beside, sep=separators[suffix], index=False, compression=packing),
+            force=force,
+        )
+    elif suffix == ".parquet":
+        write_with(path, lambda beside: frame.to_parquet(beside, index=False), force=force)
+    else:
+        raise UsageError(
+            f"cannot write a table as {suffix!r}", hint="use .csv, .tsv, .csv.gz or .parquet", place=Place(str(path))
+        )
+
+
+def save_figure(figure: Any, path: Path, force: bool) -> None:
+    """Write a matplotlib figure as png, svg or pdf, by suffix; the same figure gives the same bytes."""
+    metadata: dict[str, dict[str, Any]] = {
+        ".png": {"Software": None},
+        ".svg": {"Date": None},
+        ".pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    }
+    if path.suffix not in metadata:
+        raise UsageError(
+            f"cannot draw a figure as {path.suffix!r}", hint="use .png, .svg or .pdf", place=Place(str(path))
+        )
+    write_with(path, lambda beside: figure.savefig(beside, metadata=metadata[path.suffix]), force=force)
+
+
+def read_logs(paths: Sequence[Path], model: "Model", *, need_torque: bool = True) -> "list[Log]":
+    """The logs of a model, each a set of records of its own."""
+    from chebid.log import read_log
+
+    return [read_log(path, model.log, model.joints, need_torque=need_torque) for path in paths]
+
+
+def with_processing(model: "Model", fit: str | None, degree: int | None, bandwidth: float | None) -> "Model":
+    """The model with the filter options of the command line in place of those of the file."""
+    given = {
+        key: value for key, value in (("fit", fit), ("degree", degree), ("bandwidth", bandwidth)) if value is not None
+    }
+    if not given:
+        return model
+    if degree is not None and bandwidth is not None:
+        raise UsageError("both --degree and --bandwidth are given", hint="give one: degree = pi * bandwidth * duration")
+    cleared = {"degree": None, "bandwidth": None} if len(given.keys() - {"fit"}) else {}
+    processing = model.processing.model_copy(update=cleared | given)
+    return model.model_copy(update={"processing": processing})
+
+
+def check_choice(value: str | None, choices: Sequence[str], option: str) -> None:
+    """Raise UsageError unless the value is None or one of the choices."""
+    if value is not None and value not in choices:
+        raise UsageError(f"{option} {value!r} is unknown", hint=f"choose one of: {', '.join(choices)}")

@@ -1,0 +1,48 @@
+"""`chebid compare`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from chebid.cli.common import Force, Json, Out, Plot, emit_json, save_figure, warn, write_table
+from chebid.errors import UsageError
+
+
+def compare(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="MODEL... LOG...", help="Fitted models (.yaml) and logs.", show_default=False),
+    ],
+    out: Out = None,
+    plot: Plot = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Compare measured with predicted torque.
+
+    Error, noise floor and their ratio, for every model on every log.
+    """
+    from chebid.model import read_model
+    from chebid.report.tables import comparison_table, show_comparison
+    from chebid.results import compare_models
+
+    models = [path for path in files if path.suffix in (".yaml", ".yml")]
+    logs = [path for path in files if path not in models]
+    if not models or not logs:
+        raise UsageError(
+            f"{len(models)} models and {len(logs)} logs are given",
+            hint="name at least one model (.yaml) and one log: chebid compare MODEL LOG",
+        )
+    results = compare_models([read_model(path) for path in models], logs)
+    warn(results.notices)
+    if out:
+        write_table(comparison_table(results), out, force)
+    if plot:
+        from chebid.report.torques import comparison_figure
+
+        save_figure(comparison_figure(results), plot, force)
+    if json:
+        emit_json(results.document())
+    else:
+        show_comparison(results)

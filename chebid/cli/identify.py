@@ -1,0 +1,83 @@
+"""`chebid identify`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from chebid.cli.common import (
+    Bandwidth,
+    Degree,
+    Fit,
+    Force,
+    Json,
+    LogPaths,
+    Out,
+    Plot,
+    check_choice,
+    emit_json,
+    read_logs,
+    save_figure,
+    warn,
+    with_processing,
+)
+from chebid.errors import UsageError
+
+if TYPE_CHECKING:
+    from chebid.estimators import Estimate
+
+
+def identify(
+    log: LogPaths,
+    model: Annotated[
+        Path, typer.Option("--model", "-m", metavar="MODEL", help="Model file (YAML).", show_default=False)
+    ],
+    method: Annotated[str, typer.Option("--method", metavar="NAME", help="poly or wls; all runs both.")] = "poly",
+    fit: Fit = None,
+    degree: Degree = None,
+    bandwidth: Bandwidth = None,
+    out: Out = None,
+    plot: Plot = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Identify the parameters of a model from logs.
+
+    Several logs are separate records of the same robot. -o writes the fitted model.
+    """
+    from chebid.estimators import METHODS, Problem, estimate
+    from chebid.files import refuse_existing
+    from chebid.model import read_model, write_model
+    from chebid.projection import FITS
+    from chebid.report.tables import show_estimates
+    from chebid.results import estimate_document, fitted_model
+
+    check_choice(method, (*METHODS, "all"), "--method")
+    check_choice(fit, FITS, "--fit")
+    if method == "all" and out:
+        raise UsageError("--method all does not give one model to write", hint="leave out -o, or choose a method")
+    for path in filter(None, (out, plot)):
+        refuse_existing(path, force)
+    read = with_processing(read_model(model), fit, degree, bandwidth)
+    problem = Problem(read, tuple(read_logs(log, read)))
+    found = [estimate(problem, name) for name in (METHODS if method == "all" else [method])]
+    warn(notice for one in found for notice in one.notices)
+    if out:
+        write_model(fitted_model(read, found[0], out), out, force=force)
+    if plot:
+        from chebid.report.torques import torque_figure
+
+        save_figure(torque_figure(problem, {one.method: one.theta for one in found}), plot, force)
+    documents = [estimate_document(one, out) for one in found]
+    if json:
+        emit_json(documents if method == "all" else documents[0])
+    else:
+        show_estimates(found)
+        _say_next(found, out)
+
+
+def _say_next(found: "list[Estimate]", out: Path | None) -> None:
+    from chebid.cli.common import say
+
+    if out and len(found) == 1:
+        say(f"wrote {out}; next: chebid compare {out} LOG (one that was not identified on)")

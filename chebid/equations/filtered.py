@@ -1,0 +1,131 @@
+"""Equations by the classical recipe (Gautier): zero-phase Butterworth on q, central differences, decimated rows.
+
+Used by `wls` and `huber`. Decimation is that of the signal-processing tool boxes: Chebyshev type I of order 8 with
+0.05 dB ripple at 0.8 of the new Nyquist frequency, forward and backward, on every column and on the torque.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.signal
+
+from chebid.basis import Array
+from chebid.dynamics import Dynamics
+from chebid.effects import Motion
+from chebid.equations.rows import JointNoise, Rows, merge
+from chebid.errors import NoAnswerError
+from chebid.log import Record
+
+_KEPT = 0.8  # of the new Nyquist frequency, passed by the decimation
+_ORDER = 8  # of the decimation filter
+
+
+@dataclass(frozen=True)
+class FilterSettings:
+    """`cutoff` Hz and `order` of the Butterworth filter, `decimate` by a factor, `drop` samples at the start.
+
+    `trim` s at both ends and `gate` (J,) are zero in a published recipe that has none.
+    """
+
+    cutoff: float
+    order: int = 4
+    decimate: int = 1
+    drop: int = 0
+    trim: float = 0.0
+    gate: tuple[float, ...] | None = None
+
+
+def filtered_rows(records: list[Record], dynamics: Dynamics, settings: FilterSettings, delay: float = 0.0) -> Rows:
+    """Rows of all records. Raises NoAnswerError when a record is too short for the filters or nothing is left."""
+    rows = merge([_record_rows(record, dynamics, settings, delay) for record in records])
+    for j, noise in enumerate(rows.noise):
+        if noise.samples == 0:
+            raise NoAnswerError(
+                f"joint {dynamics.joints[j]} has no sample left", hint="lower the gate, the trim or the drop"
+            )
+    return rows
+
+
+def _record_rows(record: Record, dynamics: Dynamics, settings: FilterSettings, delay: float) -> Rows:
+    t, motion, tau = filtered_motion(record, settings, delay)
+    used = np.ones(tau.shape, dtype=bool)
+    if settings.gate is not None:
+        used &= np.abs(motion.dq) >= np.asarray(settings.gate)
+    cut = round(settings.trim / (t[1] - t[0]))
+    kept = slice(max(settings.drop, cut), len(t) - cut)
+    if kept.stop - kept.start < 64:
+        raise NoAnswerError("too few samples are left of a record", hint="record longer, or lower trim and drop")
+    system = np.concatenate([dynamics.regressor(motion), tau[:, :, None]], axis=2)
+    system = np.where(used[:, :, None], system, 0.0)[kept]
+    return _stack(system, used[kept], settings, 1 / float(t[1] - t[0]))
+
+
+def filtered_motion(record: Record, settings: FilterSettings, delay: float = 0.0) -> tuple[Array, Motion, Array]:
+    """t (N,), motion and torque (N, J) on an even grid: the filters of this recipe know no other."""
+    t, q, tau = _even(record, delay)
+    step = float(t[1] - t[0])
+    if not 0 < settings.cutoff < 0.5 / step:
+        raise NoAnswerError(
+            f"cutoff of {settings.cutoff:g} Hz is not below half the rate, {0.5 / step:g} Hz",
+            hint="lower methods: wls: cutoff",
+        )
+    if len(t) <= 3 * settings.order:
+        raise NoAnswerError(f"a record of {len(t)} samples is too short for this filter", hint="record longer")
+    q = zero_phase(scipy.signal.butter(settings.order, 2 * settings.cutoff * step, output="sos"), settings.order, q)
+    dq = np.gradient(q, step, axis=0)
+    return t, Motion(t, q, dq, np.gradient(dq, step, axis=0)), tau
+
+
+def _even(record: Record, delay: float) -> tuple[Array, Array, Array]:
+    assert record.tau is not None, "require_torque comes first"
+    tau = record.tau
+    good = np.isfinite(record.q).all(axis=1) & np.isfinite(tau).all(axis=1)
+    if record.uniform and good.all() and not delay:
+        t = np.linspace(record.t[0], record.t[-1], len(record.t))
+        return t, record.q, tau
+    t = np.linspace(record.t[0], record.t[-1], max(2, round(record.duration * record.rate) + 1))
+    known = record.t[good]
+
+    def on(times: Array, columns: Array) -> Array:
+        return np.column_stack([np.interp(t, times, column[good]) for column in columns.T])
+
+    return t, on(known, record.q), on(known - delay, tau)
+
+
+def _stack(system: Array, used: Array, settings: FilterSettings, rate: float) -> Rows:
+    joints = system.shape[1]
+    factor = settings.decimate
+    thinned = decimate(system, factor)
+    share = decimate(used.astype(float), factor) if settings.gate is not None else np.ones(thinned.shape[:2])
+    kept = share > 0.5
+    parts = [thinned[kept[:, j], j] for j in range(joints)]
+    grams = np.einsum("njp,njq->jpq", system, system, optimize=True)
+    index = [np.flatnonzero(kept[:, j]) for j in range(joints)]
+    rows = np.concatenate(parts)
+    return Rows(
+        W=rows[:, :-1],
+        Y=rows[:, -1],
+        joint=np.repeat(np.arange(joints), [len(part) for part in parts]),
+        frequency=np.full(len(rows), min(settings.cutoff, _KEPT * rate / (2 * factor))),
+        block=np.concatenate(index) // max(1, int(rate / factor)),
+        noise=tuple(JointNoise(grams[j], int(used[:, j].sum()), float(len(parts[j]))) for j in range(joints)),
+        serial=True,
+        repeat=float(factor),
+    )
+
+
+def decimate(x: Array, factor: int) -> Array:
+    """Every `factor`-th sample along the first axis, low-passed; the last sample kept is the last of x."""
+    if factor <= 1:
+        return x
+    sections = scipy.signal.cheby1(_ORDER, 0.05, _KEPT / factor, output="sos")
+    out = len(x) // factor + (len(x) % factor > 0)
+    first = factor - (factor * out - len(x)) - 1
+    return zero_phase(sections, _ORDER, x)[first::factor]
+
+
+def zero_phase(sections: Array, order: int, x: Array) -> Array:
+    """Filter forward and backward along the first axis, ends reflected over 3 x order samples: published figures of
+    this recipe depend on that length in their fourth digit.
+    """
+    return scipy.signal.sosfiltfilt(sections, x, axis=0, padlen=3 * order)

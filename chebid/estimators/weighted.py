@@ -1,0 +1,130 @@
+"""Weighted least squares on rows (eq. 20-25), one weight per joint, with an honest covariance.
+
+Each joint's rows are divided by the standard deviation of its residual, iterated: torque noises differ by a factor
+of ten between joints, and unweighted the small joint's parameters come out several times worse.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.equations import Rows
+from chebid.errors import NoAnswerError
+from chebid.robots import Parameter
+
+_RANK = 1e-9  # singular values of the column-scaled W below this share of the largest are zero
+_ROUNDS = 10
+_BANDS = 6  # of frequency, within which the noise of a joint is taken as constant
+
+
+@dataclass(frozen=True)
+class Solution:
+    """theta (P,), honest and white covariances (P, P), residual deviation per joint (J,), condition of W."""
+
+    theta: Array
+    covariance: Array
+    white: Array
+    sigma: Array
+    condition: float
+
+
+def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = None) -> Solution:
+    """Estimate theta; `extra` (R,) are further weights per row (robust ones). Raises NoAnswerError on rank loss."""
+    extra = np.ones(len(rows.Y)) if extra is None else extra
+    sigma = np.ones(rows.joints)
+    for _ in range(_ROUNDS):
+        weight = extra / sigma[rows.joint]
+        theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
+        before, sigma = sigma, _sigma(rows, theta, inverse, weight, extra)
+        if np.allclose(before, sigma, rtol=1e-6):
+            break
+    weight = extra / sigma[rows.joint]
+    theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
+    honest = _honest(rows, theta, inverse, weight)
+    # never less than white noise would give: a sandwich of few rows can collapse by chance
+    honest = _at_least(honest, inverse)
+    return Solution(theta, honest, inverse, sigma, float(np.linalg.cond(rows.W)))
+
+
+def _least_squares(W: Array, Y: Array, parameters: tuple[Parameter, ...]) -> tuple[Array, Array]:
+    """theta = W^+ Y (eq. 21, 22) by QR of the scaled columns, and (W^T W)^-1."""
+    scale = np.linalg.norm(W, axis=0)
+    scale[scale == 0] = 1.0
+    q, r = np.linalg.qr(W / scale)
+    _, singular, v = np.linalg.svd(r)
+    if len(singular) < W.shape[1] or singular[-1] <= _RANK * singular[0]:
+        raise _rank_loss(v[-1], parameters)
+    inverse = np.linalg.inv(r)
+    return (inverse @ (q.T @ Y)) / scale, (inverse @ inverse.T) / np.outer(scale, scale)
+
+
+def _rank_loss(direction: Array, parameters: tuple[Parameter, ...]) -> NoAnswerError:
+    involved = [
+        p.name for p, part in zip(parameters, direction, strict=True) if abs(part) > 0.05 * np.max(np.abs(direction))
+    ]
+    if len(involved) == 1:
+        text = f"the data say nothing about {involved[0]}"
+    else:
+        text = f"only combinations of {', '.join(involved)} show in the data, not each of them"
+    return NoAnswerError(
+        f"the observation matrix has lost rank: {text}",
+        hint="record a motion that excites them (chebid excite), or take one of them out of the model",
+    )
+
+
+def _sigma(rows: Rows, theta: Array, inverse: Array, weight: Array, extra: Array) -> Array:
+    """Residual standard deviation (J,) per equation, each joint's share of the parameters counted off."""
+    residual = (rows.Y - rows.W @ theta) * extra
+    leverage = np.einsum("rp,pq,rq->r", rows.W, inverse, rows.W, optimize=True) * weight**2
+    out = np.empty(rows.joints)
+    for j in range(rows.joints):
+        mine = rows.joint == j
+        freedom = max(rows.noise[j].equations - leverage[mine].sum(), 1.0)
+        out[j] = np.sqrt(np.sum(residual[mine] ** 2) / freedom)
+    smallest = 1e-12 * np.linalg.norm(rows.Y) / np.sqrt(len(rows.Y))
+    return np.maximum(out, max(smallest, np.finfo(float).tiny))
+
+
+def _honest(rows: Rows, theta: Array, inverse: Array, weight: Array) -> Array:
+    """Sandwich covariance: the score of the rows with the correlation (samples) or the spectrum (coefficients) they
+    have.
+    """
+    scores = (rows.W * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None]
+    leverage = np.einsum("rp,pq,rq->r", rows.W, inverse, rows.W, optimize=True) * weight**2
+    meat = _serial_meat(rows, scores) if rows.serial else _spectral_meat(rows, theta, weight, leverage)
+    return inverse @ meat @ inverse
+
+
+def _spectral_meat(rows: Rows, theta: Array, weight: Array, leverage: Array) -> Array:
+    """Variance of the residual as a function of joint and frequency, in bands of equally many rows."""
+    residual = (rows.Y - rows.W @ theta) * weight
+    scaled = rows.W * weight[:, None]
+    meat = np.zeros((rows.W.shape[1],) * 2)
+    for j in range(rows.joints):
+        mine = np.flatnonzero(rows.joint == j)
+        share = rows.noise[j].equations / max(len(mine), 1)
+        order = mine[np.argsort(rows.frequency[mine], kind="stable")]
+        for band in np.array_split(order, min(_BANDS, max(1, len(order) // 8))):
+            freedom = max(share * len(band) - leverage[band].sum(), 1.0)
+            meat += np.sum(residual[band] ** 2) / freedom * scaled[band].T @ scaled[band]
+    return meat
+
+
+def _serial_meat(rows: Rows, scores: Array) -> Array:
+    """Newey-West: products of scores at lags up to L with Bartlett weights, within each joint's run of samples."""
+    meat = np.zeros((scores.shape[1],) * 2)
+    for j in range(rows.joints):
+        mine = scores[rows.joint == j]
+        lags = int(4 * (len(mine) / 100) ** (2 / 9)) * 4
+        meat += mine.T @ mine
+        for lag in range(1, min(lags, len(mine) - 1) + 1):
+            product = mine[lag:].T @ mine[:-lag]
+            meat += (1 - lag / (lags + 1)) * (product + product.T)
+    return meat
+
+
+def _at_least(honest: Array, white: Array) -> Array:
+    """Scale rows and columns up where the honest variance fell below the white one."""
+    factor = np.sqrt(np.maximum(1.0, np.diag(white) / np.maximum(np.diag(honest), np.finfo(float).tiny)))
+    return honest * np.outer(factor, factor)

@@ -1,0 +1,203 @@
+"""Tables: for the terminal (rich) and for files (pandas)."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
+from chebid.basis import Array
+from chebid.estimators import Estimate
+from chebid.log import Log
+from chebid.motion import Track
+from chebid.projection import Projection
+from chebid.results import Comparisons, remarks
+
+Projected = Sequence[tuple[int, Projection]]
+
+
+def _console() -> Console:
+    console = Console(highlight=False, soft_wrap=False)
+    return console if console.is_terminal else Console(highlight=False, width=120)
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Four significant digits; a dash where there is no number."""
+    if value is None or not np.isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+def percent(fraction: float | None) -> str:
+    """A fraction as percent, three digits."""
+    return "-" if fraction is None else f"{100 * fraction:.3g} %"
+
+
+def _table(title: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> Table:
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    for i, head in enumerate(heads):
+        table.add_column(head, justify="left" if i < left else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def show_projections(rows: list[dict[str, Any]]) -> None:
+    """The quality of each projection."""
+    heads = ("signal", "fit", "degree", "windows", "bandwidth Hz", "noise", "left out", "end s", "lag-1")
+    body = [
+        (
+            row["signal"] + (f" (record {row['record']})" if "record" in row else ""),
+            row["fit"],
+            str(row["degree"]),
+            str(row["windows"]),
+            number(row["bandwidth"], 3),
+            number(row["noise"], 3),
+            percent(row["energy_left_out"]),
+            number(row["end_length"], 3),
+            number(row["lag1_autocorrelation"], 2),
+        )
+        for row in rows
+    ]
+    console = _console()
+    console.print(_table(None, heads, body))
+    for reason in dict.fromkeys(row["reason"] for row in rows):
+        console.print(f"chosen: {reason}")
+    console.print(
+        "left out: share of the acceleration's energy above the bandwidth; lag-1: autocorrelation of what is left"
+    )
+
+
+def show_estimates(estimates: Sequence[Estimate]) -> None:
+    """Parameters, residuals and remarks of each estimate."""
+    for estimate in estimates:
+        _show_estimate(estimate)
+
+
+def _show_estimate(estimate: Estimate) -> None:
+    console = _console()
+    record = estimate.record
+    console.print(
+        f"{estimate.method}: bandwidth {number(record['bandwidth'], 3)} Hz"
+        + (f", equations to {number(record['equation_bandwidth'], 3)} Hz" if "equation_bandwidth" in record else "")
+        + f", condition number {number(estimate.condition, 4)}"
+    )
+    console.print(_parameter_table(estimate))
+    console.print()
+    console.print(_residual_table(estimate))
+    for line in remarks(estimate):
+        console.print(line)
+    console.print()
+
+
+def _parameter_table(estimate: Estimate) -> Table:
+    heads = ("parameter", "joint", "value", "sd", "sd %", "eq. 26 %", "unit")
+    columns = zip(
+        estimate.parameters,
+        estimate.theta,
+        estimate.sd,
+        estimate.relative(estimate.sd),
+        estimate.relative(estimate.sd_white),
+        strict=True,
+    )
+    body = [
+        (p.name, p.joint or "", number(value, 6), number(sd, 2), number(rel, 2), number(white, 2), " " + p.unit)
+        for p, value, sd, rel, white in columns
+    ]
+    return _table(None, heads, body, left=2)
+
+
+def _residual_table(estimate: Estimate) -> Table:
+    heads = ("joint", "rms", "relative", "relative raw", "noise floor", "ratio")
+    body = [
+        (joint, number(r.rms, 3), percent(r.relative), percent(r.relative_raw), number(r.floor, 3), number(r.ratio, 3))
+        for joint, r in estimate.residual.items()
+    ]
+    return _table(None, heads, body)
+
+
+def show_comparison(results: Comparisons) -> None:
+    """Every model on every log."""
+    heads = ("model", "log", "joint", "rms", "relative", "relative raw", "noise floor", "ratio")
+    body = [
+        (
+            row["model"],
+            row["log"],
+            row["joint"],
+            number(row["rms"], 3),
+            percent(row["relative"]),
+            percent(row["relative_raw"]),
+            number(row["floor"], 3),
+            number(row["ratio"], 3),
+        )
+        for row in results.rows()
+    ]
+    console = _console()
+    console.print(_table(None, heads, body, left=3))
+    for entry in results.entries:
+        console.print(f"{entry.model} on {entry.log}: {percent(entry.overall)} over all joints")
+    kinds = {row["floor_kind"] for row in results.rows() if row["floor"] is not None}
+    for kind in sorted(kinds):
+        console.print(f"noise floor: {kind}")
+
+
+def comparison_table(results: Comparisons) -> pd.DataFrame:
+    """One row per model, log and joint."""
+    return pd.DataFrame(results.rows())
+
+
+def coefficients(projected: Projected) -> pd.DataFrame:
+    """One row per coefficient: record, signal, window, start and stop in s, degree, value."""
+    return pd.concat([_coefficients(record, p) for record, p in projected], ignore_index=True)
+
+
+def _coefficients(record: int, p: Projection) -> pd.DataFrame:
+    values = p.series.coefficients[:, :, 0]
+    windows, count = values.shape
+    layout = p.series.layout
+    return pd.DataFrame(
+        {
+            "record": record,
+            "signal": p.name,
+            "basis": p.series.family.name,
+            "window": np.repeat(np.arange(1, windows + 1), count),
+            "start": np.repeat(layout.start, count),
+            "stop": np.repeat(layout.stop, count),
+            "degree": np.tile(np.arange(count), windows),
+            "value": values.ravel(),
+        }
+    )
+
+
+def derivatives(source: Log, projected: Projected, order: int) -> pd.DataFrame:
+    """t, every signal and its derivatives, and whether they can be trusted, at the log's own instants."""
+    parts = []
+    for number_, record in enumerate(source.records, 1):
+        mine = [p for i, p in projected if i == number_]
+        columns: dict[str, Any] = {"t": record.t}
+        if len(source.records) > 1:
+            columns["record"] = number_
+        for p in mine:
+            columns |= {"d" * k + p.name: p.at(record.t, k) for k in range(order + 1)}
+        valid = np.all([_valid(p, record.t, order) for p in mine], axis=0)
+        parts.append(pd.DataFrame(columns | {"valid": valid}))
+    return pd.concat(parts, ignore_index=True)
+
+
+def _valid(p: Projection, t: Array, order: int) -> Array:
+    cut = p.end_length(order)
+    return (t >= p.t[0] + cut) & (t <= p.t[-1] - cut)
+
+
+def predictions(tracks: Sequence[Track], torques: Sequence[Array]) -> pd.DataFrame:
+    """t, tau1, tau2, ... of every record."""
+    parts = []
+    for number_, (track, torque) in enumerate(zip(tracks, torques, strict=True), 1):
+        columns: dict[str, Any] = {"t": track.record.t}
+        if len(tracks) > 1:
+            columns["record"] = number_
+        columns |= {f"tau{j + 1}": torque[:, j] for j in range(torque.shape[1])}
+        parts.append(pd.DataFrame(columns))
+    return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,21 @@
+"""Rigid robots: the part of the inverse dynamic model that is linear in inertial parameters (eq. 17)."""
+
+from chebid.errors import UsageError
+from chebid.model import Model
+from chebid.robots.axes import Axes
+from chebid.robots.robot import Array, Parameter, Robot
+from chebid.robots.scara import Scara
+
+__all__ = ["Array", "Axes", "Parameter", "Robot", "Scara", "make_robot"]
+
+
+def make_robot(model: Model) -> Robot:
+    """The robot of a model file."""
+    if model.robot.type == "scara":
+        return Scara(model.joints)
+    if model.robot.type == "axes":
+        return Axes(model.joints, model.robot.types or ("revolute",) * len(model.joints))
+    raise UsageError(
+        f"robots of type {model.robot.type!r} cannot be identified with this version",
+        hint="use type scara or axes",
+    )
