@@ -86,7 +86,7 @@ class _Guard(io.RawIOBase):
         """Count, and refuse what is no table of numbers."""
         self.total += len(block)
         check_size(self.total, self.shown)
-        if b"\x00" in block or is_binary(block):
+        if block and np.frombuffer(block, np.uint8).min() < 9 and is_binary(block):
             raise InputError(
                 f"turns binary after line {self.newlines + 1}",
                 hint="the recording was cut off: copy the file again, or cut the damaged end",
@@ -128,7 +128,7 @@ def _fast(path: Path, shown: str, dialect: Dialect, names: list[str]) -> Any:
     if data.num_rows != lines or data.num_rows == 0:
         return None
     arrays = {
-        name: np.array(column.to_numpy(), dtype=np.float64) for name, column in zip(names, data.columns, strict=True)
+        name: np.require(column.to_numpy(), requirements="W") for name, column in zip(names, data.columns, strict=True)
     }
     return arrays, {}, skipped + 1, None, []
 

@@ -1,6 +1,7 @@
 """The clock of a log: which samples have a usable stamp, and where the recording was interrupted."""
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -14,6 +15,7 @@ from chebid.log.record import stamp_resolution
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
+Same = Callable[[int, int], bool]
 
 _UNITS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9}
 _GAP = 5.0  # median steps that a gap is longer than
@@ -54,10 +56,10 @@ def even_clock(count: int, rate: float) -> Clock:
     return Clock(np.arange(count) / rate, np.arange(count))
 
 
-def read_clock(stamps: Array, name: str, rate: float | None, values: Array, rows: Places, findings: Findings) -> Clock:
+def read_clock(stamps: Array, name: str, rate: float | None, same: Same, rows: Places, findings: Findings) -> Clock:
     """Check the stamps (N,) of the column `name`, in s, against each other and against the `rate` that was given.
 
-    `values` (N, columns) are all other columns, to tell a row written twice from two samples of one stamp.
+    `same` tells whether two samples are equal in all other columns, so that one of them was written twice.
     Raises InputError when the column is no clock, is in another unit, or contradicts `rate`.
     """
     column = _Column(name, rows, findings)
@@ -68,7 +70,7 @@ def read_clock(stamps: Array, name: str, rate: float | None, values: Array, rows
     keep, t = _without_outliers(t, keep, column)
     if np.mean(np.diff(t) == 0) > _BLOCKS:
         return _coarse(t, keep, rate, column)
-    clock = _seams(*_without_repeats(t, keep, values, column), column)
+    clock = _seams(*_without_repeats(t, keep, same, column), column)
     _check_rate(clock, rate, column)
     return _judge_steps(clock, rate, column)
 
@@ -165,28 +167,24 @@ def _coarse(t: Array, keep: Places, rate: float | None, column: _Column) -> Cloc
     return _evened(clock, rate)
 
 
-def _without_repeats(t: Array, keep: Places, values: Array, column: _Column) -> tuple[Array, Places]:
+def _without_repeats(t: Array, keep: Places, same: Same, column: _Column) -> tuple[Array, Places]:
     """Leave out rows written twice and stamps that stood still for one step; other repeats stay, as seams."""
     repeats = np.flatnonzero(np.diff(t) == 0) + 1
     if len(repeats) == 0:
         return t, keep
     usual = float(np.median(np.diff(t)))
-    same = np.array([_equal(values[keep[place]], values[keep[place - 1]]) for place in repeats])
+    twice = np.array([same(int(keep[place]), int(keep[place - 1])) for place in repeats])
     following = np.append(t, np.inf)[repeats + 1] - t[repeats]
-    stuck = ~same & ((np.abs(following / usual - 2.0) < 0.5) | (len(repeats) > max(3, _FEW * len(t))))
+    stuck = ~twice & ((np.abs(following / usual - 2.0) < 0.5) | (len(repeats) > max(3, _FEW * len(t))))
     for kind, chosen, message in (
-        ("repeated_row", repeats[same], "the row before is written again in {}: left out"),
+        ("repeated_row", repeats[twice], "the row before is written again in {}: left out"),
         ("repeated_time", repeats[stuck], "the stamp of the row before is repeated in {}: left out"),
     ):
         if len(chosen):
             rows = several(list(column.rows[keep[chosen]]))
             column.note(kind, message.format(rows), int(keep[chosen[0]]), t[chosen[0]])
-    out = repeats[same | stuck]
+    out = repeats[twice | stuck]
     return np.delete(t, out), np.delete(keep, out)
-
-
-def _equal(one: Array, other: Array) -> bool:
-    return bool(np.array_equal(one, other, equal_nan=True))
 
 
 def _seams(t: Array, keep: Places, column: _Column) -> Clock:
@@ -217,8 +215,10 @@ def _tell_cuts(t: Array, cuts: Places, keep: Places, column: _Column) -> None:
 
 def _steps(clock: Clock) -> tuple[Array, Places]:
     """The steps within records, and the places they lead to."""
-    inside = np.setdiff1d(np.arange(1, len(clock.t)), clock.cuts)
-    return np.diff(clock.t)[inside - 1], inside
+    inside = np.ones(len(clock.t), dtype=bool)
+    inside[[0, *clock.cuts]] = False
+    places = np.flatnonzero(inside)
+    return clock.t[places] - clock.t[places - 1], places
 
 
 def _check_rate(clock: Clock, rate: float | None, column: _Column) -> None:

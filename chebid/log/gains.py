@@ -23,9 +23,9 @@ def gain_matrix(gain: Gain, joints: int, columns: int, key: str) -> NDArray[np.f
 
 def apply_gain(logged: NDArray[np.float64], gain: NDArray[np.float64], offset: object = 0.0) -> NDArray[np.float64]:
     """`logged` (N, columns) to (N, joints); a missing sample spoils only the joints that its column enters."""
-    missing = np.isnan(logged)
     if gain.shape[0] == gain.shape[1] and not (gain - np.diag(np.diagonal(gain))).any():
         return logged * np.diagonal(gain) + np.asarray(offset, dtype=np.float64)
+    missing = np.isnan(logged)
     values = np.where(missing, 0.0, logged) @ gain.T + np.asarray(offset, dtype=np.float64)
     spoiled = missing.astype(np.float64) @ (gain != 0).T.astype(np.float64) > 0
     values[spoiled] = np.nan

@@ -67,11 +67,10 @@ class _Logged:
         assert position is not None
         return _Logged(position, torque, reference, self.rows[keep])
 
-    def everything(self) -> Array:
-        """All columns side by side."""
-        return np.concatenate(
-            [part for part in (self.position, self.torque, self.reference) if part is not None], axis=1
-        )
+    def same(self, one: int, other: int) -> bool:
+        """Whether two samples are equal in every column."""
+        parts = [part for part in (self.position, self.torque, self.reference) if part is not None]
+        return all(np.array_equal(part[one], part[other], equal_nan=True) for part in parts)
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ def _clock(table: Table, choice: Choice, spec: LogSpec, logged: _Logged, finding
         assert spec.rate is not None
         return even_clock(len(logged.rows), spec.rate)
     stamps = table.column(choice.time)
-    return read_clock(stamps, choice.time, spec.rate, logged.everything(), logged.rows, findings)
+    return read_clock(stamps, choice.time, spec.rate, logged.same, logged.rows, findings)
 
 
 def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:

@@ -79,7 +79,7 @@ def is_uniform(t: NDArray[np.float64]) -> bool:
         return True
     step = (t[-1] - t[0]) / (len(t) - 1)
     off = np.abs(t - (t[0] + step * np.arange(len(t)))).max()
-    return bool(off <= max(min(stamp_resolution(t), 1e-2 * step), 2e-4 * step))
+    return bool(off <= 2e-4 * step or (off <= 1e-2 * step and off <= stamp_resolution(t)))
 
 
 def stamp_resolution(t: NDArray[np.float64]) -> float:

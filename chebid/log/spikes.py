@@ -13,7 +13,7 @@ from chebid.log.roughness import Array, local_noise, resolution, roughness, usua
 
 _SIDE = 8  # neighbours on either side
 _TERMS = 4  # of the cubic
-_SUSPECT = 4.0  # deviations of roughness from which a sample is looked at
+_SUSPECT = 0.75  # of the limit, from which roughness makes a sample a suspect
 _END = 4.0  # near an end the cubic extrapolates: so much more is asked for
 _LONGER = (1.0, 1.5, 2.5, 4.0)  # a real motion can look like a run of several samples: so much more again
 _QUANTA = 0.35  # least noise in quanta: counting gives 0.29, and steps
@@ -40,10 +40,11 @@ def _one_pass(t: Array, x: Array, limit: float, least: float) -> NDArray[np.bool
     fine = resolution(x)
     noise = np.maximum(local_noise(r), 0.5 * usual_noise(r))
     floor = np.maximum(noise, _QUANTA * fine)
-    suspect = (r > _SUSPECT * noise) & (r > fine)
-    suspect[[0, -1]] = False  # nothing on one side: left to the jumps
-    places = np.flatnonzero(suspect)
+    suspect = np.flatnonzero((r > _SUSPECT * limit * noise) & (r > fine))
+    beside = np.union1d(suspect, suspect + 1)  # the roughest sample may be the one before a run
     for length in range(1, len(_LONGER) + 1):
+        places = suspect if length == 1 else beside
+        places = places[(places > 0) & (places + length < len(x))]  # at the very ends: left to the jumps
         for batch in np.array_split(places, len(places) // _BATCH + 1):
             for start in batch[_stands_out(t, x, floor, batch, length, limit, least)]:
                 if not found[max(start - 1, 0) : start + length + 1].any():
@@ -55,7 +56,6 @@ def _stands_out(
     t: Array, x: Array, floor: Array, places: NDArray[np.intp], length: int, limit: float, least: float
 ) -> NDArray[np.bool_]:
     """Which of the runs of `length` samples that begin at `places` are spikes from their first to their last sample."""
-    places = np.minimum(places, len(x) - length)
     off, misfit = distance(t, x, places, length)
     scale = np.maximum(misfit, floor[places])
     end = (places < 3) | (places + length > len(x) - 3)
