@@ -31,11 +31,14 @@ def read(path: Path, shown: str) -> Table:
     whole = len(head) < _BLOCK
     encoding = encoding_of(head, shown)
     dialect = dialect_of(head.decode(encoding, errors="replace"), encoding, shown, whole)
-    names, nameless = _names(dialect)
+    names, nameless = _names(dialect, shown)
     table = _fast(path, shown, dialect, names)
     arrays, text, first, lines, notices = table if table is not None else _slow(path, shown, dialect, names)
     for name in [name for name in nameless if not np.isfinite(arrays[name]).any() and name not in text]:
         del arrays[name]  # a separator at the end of every line
+    if dialect.header and len(dialect.header) < dialect.width and names[-1] in arrays:
+        raise _unequal(len(dialect.header), dialect, shown)
+    arrays = _without_blank_tail(arrays)
     return Table(path, shown, "text", arrays, first, lines, text, tuple(notices), frozenset(nameless & set(arrays)))
 
 
@@ -54,9 +57,16 @@ def _sniff(file: Any, shown: str) -> bytes:
     return head
 
 
-def _names(dialect: Dialect) -> tuple[list[str], set[str]]:
-    """One name per column; those without one are `column k`, counted from 1. Raises nothing."""
-    header = list(dialect.header or ())
+def _names(dialect: Dialect, shown: str) -> tuple[list[str], set[str]]:
+    """One name per column; those without one are `column k`, counted from 1.
+
+    Raises InputError when the header has more names than the rows have cells, or fewer by more than one.
+    """
+    header = list(dialect.header or [""] * dialect.width)
+    while len(header) > dialect.width and not header[-1]:
+        header.pop()
+    if not dialect.width - 1 <= len(header) <= dialect.width:
+        raise _unequal(len(header), dialect, shown)
     header += [""] * (dialect.width - len(header))
     names, nameless = [], set()
     for place, name in enumerate(header, 1):
@@ -65,6 +75,21 @@ def _names(dialect: Dialect) -> tuple[list[str], set[str]]:
             nameless.add(name)
         names.append(name)
     return names, nameless
+
+
+def _unequal(found: int, dialect: Dialect, shown: str) -> InputError:
+    return InputError(
+        f"the header has {found} names, the rows have {dialect.width} cells",
+        hint="check the separator, and that no number has a decimal comma in a comma-separated file",
+        place=Place(file=shown, row=dialect.first),
+    )
+
+
+def _without_blank_tail(arrays: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """Without the rows at the end in which every cell is missing, as spreadsheets append them."""
+    ends = [int(np.flatnonzero(np.isfinite(values))[-1]) + 1 for values in arrays.values() if np.isfinite(values).any()]
+    end = max(ends, default=0)
+    return {name: values[:end] for name, values in arrays.items()}
 
 
 class _Guard(io.RawIOBase):
@@ -115,7 +140,7 @@ def _fast(path: Path, shown: str, dialect: Dialect, names: list[str]) -> Any:
             data = pc.read_csv(
                 pa.PythonFile(guard, mode="r"),
                 read_options=pc.ReadOptions(column_names=names, block_size=4 * _BLOCK),
-                parse_options=pc.ParseOptions(delimiter=dialect.separator, ignore_empty_lines=False),
+                parse_options=pc.ParseOptions(delimiter=dialect.separator, ignore_empty_lines=True),
                 convert_options=pc.ConvertOptions(
                     column_types=dict.fromkeys(names, pa.float64()),
                     decimal_point=dialect.decimal,

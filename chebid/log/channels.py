@@ -108,28 +108,36 @@ def check_units(position: Array, names: Sequence[str], gain: Array, rows: Rows, 
         findings.note("degrees", message, column=name, row=rows[worst], value=position[worst, place])
 
 
-def check_mixed_up(
+def check_equal(
     position: Array, position_names: Sequence[str], torque: Array, torque_names: Sequence[str], findings: Findings
 ) -> None:
-    """Notices for columns that hold each other's data: equal ones, and torques smoother than positions.
+    """Notices for columns (N, columns) with the same numbers; an InputError when a torque equals a position."""
+    found: list[tuple[str, str, Array]] = []
+    for role, names, values in (("position", position_names, position), ("torque", torque_names, torque)):
+        for name, column in zip(names, values.T, strict=True):
+            twin = next(((known, other) for known, other, earlier in found if _same(column, earlier)), None)
+            found.append((role, name, column))
+            if twin is None or _is_flat(column[np.isfinite(column)]):
+                continue
+            if twin[0] != role:
+                hint = "name the columns of the torques in the model file's log: section"
+                raise findings.error(f"holds the same numbers as the position column '{twin[1]}'", hint, column=name)
+            findings.note("duplicate", f"holds the same numbers as '{twin[1]}'", column=name)
 
-    Raises InputError when a torque column holds the very numbers of a position column.
-    """
-    pairs = list(zip(position_names, position.T, strict=True)) + list(zip(torque_names, torque.T, strict=True))
-    for place, (name, column) in enumerate(pairs):
-        for other, earlier in pairs[:place]:
-            if _same(column, earlier) and np.nanmax(column) > np.nanmin(column):
-                if place >= len(position_names) > [key for key, _ in pairs].index(other):
-                    hint = "name the columns of the torques in the model file's log: section"
-                    raise findings.error(f"holds the same numbers as the position column '{other}'", hint, column=name)
-                findings.note("duplicate", f"holds the same numbers as '{other}'", column=name)
+
+def check_exchanged(
+    position: Array, position_names: Sequence[str], torque: Array, torque_names: Sequence[str], findings: Findings
+) -> bool:
+    """Whether most torque columns (N, columns) are much smoother than the positions; says so in a notice."""
     rough = [_wildness(column) for column in position.T]
     smooth = [_wildness(column) for column in torque.T]
     suspects = [place for place in range(min(len(rough), len(smooth))) if rough[place] > _SMOOTHER * smooth[place] > 0]
-    if suspects and len(suspects) > len(rough) / 2:
-        one, other = position_names[suspects[0]], torque_names[suspects[0]]
-        message = f"is much rougher than the torque column '{other}': are positions and torques exchanged?"
-        findings.note("swapped", message, column=one)
+    if not suspects or 2 * len(suspects) <= len(rough):
+        return False
+    one, other = position_names[suspects[0]], torque_names[suspects[0]]
+    message = f"is much rougher than the torque column '{other}': are positions and torques exchanged?"
+    findings.note("swapped", message, column=one)
+    return True
 
 
 def _same(one: Array, other: Array) -> bool:

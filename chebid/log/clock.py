@@ -214,8 +214,8 @@ def _tell_cuts(t: Array, cuts: Places, keep: Places, column: _Column) -> None:
 
 
 def _steps(clock: Clock) -> tuple[Array, Places]:
-    """The steps within records, and the places they lead to."""
-    inside = np.ones(len(clock.t), dtype=bool)
+    """The steps within records, and the places they lead to, but for those over samples that were left out."""
+    inside = np.diff(clock.keep, prepend=-1) == 1
     inside[[0, *clock.cuts]] = False
     places = np.flatnonzero(inside)
     return clock.t[places] - clock.t[places - 1], places
@@ -252,6 +252,13 @@ def _judge_steps(clock: Clock, rate: float | None, column: _Column) -> Clock:
         column.note("time_rounded", message, int(clock.keep[places[0]]), None)
         return _evened(clock, rate) if rate else clock
     longest = int(places[np.argmax(step)])
+    multiple = np.rint(step / usual)
+    if (np.abs(step / usual - multiple) <= _EVEN * multiple).all() and least > 0.5 * usual:
+        lost = np.flatnonzero(multiple > 1)
+        rows = several([int(row) for row in column.rows[clock.keep[places[lost]]]])
+        message = f"{int((multiple - 1).sum())} samples were lost, before {rows}: the stamps are used as they are"
+        column.note("lost_samples", message, int(clock.keep[places[lost[0]]]), clock.t[places[lost[0]]])
+        return clock
     message = f"steps are uneven, {least:.4g} to {most:.4g} s, usually {usual:.4g} s: the stamps are used as they are"
     column.note("uneven", message, int(clock.keep[longest]), clock.t[longest])
     return clock

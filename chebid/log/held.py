@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from chebid.log.roughness import Array, resolution, roughness, usual_noise
 
 _REACH = 8  # samples on either side over which the joint's pace is taken; more for longer stretches
+_LEAST = 4  # samples on either side without which nothing is said
 _COUNTS = 3.0  # counts per sample from which a joint must change from sample to sample
 _PACE = 0.02  # of the log's fastest motion, below which nothing is said
 _MADE_UP = 0.6  # share of the missing steps that the next one makes up for
@@ -65,7 +66,9 @@ def find_held(t: Array, x: Array) -> Held:
 def _least_pace(t: Array, x: Array) -> Array:
     """Change per sample (N,) from which a moving joint cannot repeat a value."""
     fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
-    return np.maximum(_COUNTS * np.maximum(resolution(x), usual_noise(roughness(t, x))), _PACE * fastest)
+    new = np.flatnonzero(np.diff(x, prepend=np.inf) != 0)  # repeats would pass for noise
+    noise = usual_noise(roughness(t[new], x[new])) if len(new) > 4 else 0.0
+    return np.maximum(_COUNTS * np.maximum(resolution(x), noise), _PACE * fastest)
 
 
 def _runs(same: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -76,12 +79,13 @@ def _runs(same: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 def _is_held(x: Array, first: NDArray[np.intp], end: NDArray[np.intp], least: Array) -> NDArray[np.bool_]:
     """Which stretches of repeats the joint moved on in: x[first] to x[end] are equal, the next step makes up."""
+    inside = (first >= _LEAST) & (end + 1 + _LEAST < len(x))
+    first, end = first[inside], end[inside]
     length = end - first
     reach = np.maximum(_REACH, 3 * (length + 1))
-    inside = (first >= reach) & (end + 1 + reach < len(x))
-    first, end, length, reach = first[inside], end[inside], length[inside], reach[inside]
-    before = (x[first] - x[first - reach]) / reach
-    after = (x[end + 1 + reach] - x[end + 1]) / reach
+    back, ahead = np.minimum(reach, first), np.minimum(reach, len(x) - 2 - end)
+    before = (x[first] - x[first - back]) / back
+    after = (x[end + 1 + ahead] - x[end + 1]) / ahead
     made_up = x[end + 1] - x[end]
     pace = np.minimum(np.abs(before), np.abs(after))
     held = np.zeros(len(inside), dtype=bool)

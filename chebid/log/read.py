@@ -134,23 +134,31 @@ def _clock(table: Table, choice: Choice, spec: LogSpec, logged: _Logged, finding
 def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:
     """All checks of the columns, which are cleaned in place; returns every place where a record begins."""
     rows = logged.rows
-    model = gains.joints is not None
-    limit = channels.ABSURD_POSITION if model else channels.ABSURD_SIGNAL
     if len(rows) < SHORTEST:
         message = f"holds {len(rows)} samples, fewer than {SHORTEST}"
         raise findings.error(message, "record a longer log", row=rows[-1] if len(rows) else None)
+    model = gains.joints is not None
+    limit = channels.ABSURD_POSITION if model else channels.ABSURD_SIGNAL
     logged.position[:] = channels.check_missing(logged.position, choice.position, rows, findings)
     channels.check_magnitude(logged.position, choice.position, gains.position, limit, rows, findings)
     channels.check_motion(logged.position, choice.position, rows, findings, needed=model)
-    if model:
+    exchanged = _check_torque(logged, choice, gains, findings)
+    if model and not exchanged:
         channels.check_units(logged.position, choice.position, gains.position, rows, findings)
-    if logged.torque is not None and choice.torque is not None and gains.torque is not None:
-        logged.torque[:] = channels.check_missing(logged.torque, choice.torque, rows, findings)
-        channels.check_magnitude(logged.torque, choice.torque, gains.torque, channels.ABSURD_TORQUE, rows, findings)
-        channels.check_motion(logged.torque, choice.torque, rows, findings, needed=False)
-        channels.check_saturation(logged.torque, choice.torque, rows, findings)
-        channels.check_mixed_up(logged.position, choice.position, logged.torque, choice.torque, findings)
     return _check_in_time(logged, choice, clock, gains, findings)
+
+
+def _check_torque(logged: _Logged, choice: Choice, gains: _Gains, findings: Findings) -> bool:
+    """The checks of the torque columns; whether they seem to be exchanged with the positions."""
+    if logged.torque is None or choice.torque is None or gains.torque is None:
+        return False
+    rows = logged.rows
+    logged.torque[:] = channels.check_missing(logged.torque, choice.torque, rows, findings)
+    channels.check_magnitude(logged.torque, choice.torque, gains.torque, channels.ABSURD_TORQUE, rows, findings)
+    channels.check_motion(logged.torque, choice.torque, rows, findings, needed=False)
+    channels.check_saturation(logged.torque, choice.torque, rows, findings)
+    channels.check_equal(logged.position, choice.position, logged.torque, choice.torque, findings)
+    return channels.check_exchanged(logged.position, choice.position, logged.torque, choice.torque, findings)
 
 
 def _check_in_time(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:
