@@ -1,0 +1,118 @@
+"""Measured and predicted torque along the motion, with the residual beneath."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from chebid.basis import Array
+from chebid.effects import Units
+from chebid.estimators import Problem
+from chebid.motion import Track
+from chebid.report.style import COLOURS, INK, MEASURED, new_figure, styled
+from chebid.results import Comparisons
+
+_MOST = 4000  # points of a line: more cannot be seen
+_GAP = np.nan  # between records, so that lines do not join them
+
+
+def torque_figure(problem: Problem, thetas: Mapping[str, Array]) -> Figure:
+    """Every joint of a problem: measured torque and that of each named theta (P,)."""
+    torques = {
+        name: [problem.dynamics.torque(track.motion, theta) for track in problem.tracks]
+        for name, theta in thetas.items()
+    }
+    return prediction_figure(problem.tracks, torques, problem.dynamics.robot.rotary)
+
+
+@styled
+def comparison_figure(results: Comparisons) -> Figure:
+    """Every model on every log: a column of panels for each log."""
+    logs = list(dict.fromkeys(entry.log for entry in results.entries))
+    first = results.entries[0].problem
+    figure, columns = _panels(len(first.dynamics.joints), len(logs))
+    for log, axes in zip(logs, columns, strict=True):
+        mine = [entry for entry in results.entries if entry.log == log]
+        torques = {
+            Path(entry.model).name: [
+                entry.problem.dynamics.torque(track.motion, entry.theta) for track in entry.problem.tracks
+            ]
+            for entry in mine
+        }
+        _draw(axes, mine[0].problem.tracks, torques, first.dynamics.robot.rotary)
+        if len(logs) > 1:
+            axes[0].set_title(Path(log).name, pad=20)
+    _finish(figure, columns)
+    return figure
+
+
+@styled
+def prediction_figure(
+    tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None = None
+) -> Figure:
+    """Two panels a joint: torques (N, J) of each model against the measured ones, and the residuals."""
+    figure, columns = _panels(tracks[0].motion.q.shape[1], 1)
+    _draw(columns[0], tracks, torques, rotary)
+    _finish(figure, columns)
+    return figure
+
+
+def _panels(joints: int, logs: int) -> tuple[Figure, list[list[Axes]]]:
+    figure, axes = new_figure(
+        2 * joints,
+        logs,
+        width=2.0 + 5.0 * logs,
+        height=1.0 + 2.6 * joints,
+        sharex="col",
+        sharey="row",
+        height_ratios=[2, 1] * joints,
+    )
+    return figure, [axes[i::logs] for i in range(logs)]
+
+
+def _draw(
+    axes: Sequence[Axes], tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None
+) -> None:
+    t = _join([track.motion.t for track in tracks])
+    measured = _join([track.tau for track in tracks]) if all(track.tau is not None for track in tracks) else None
+    for j, name in enumerate(tracks[0].log.names):
+        upper, lower = axes[2 * j], axes[2 * j + 1]
+        if measured is not None:
+            _line(upper, t, measured[:, j], "measured", MEASURED, "-", 2.4, 0.5)
+        for i, (model, parts) in enumerate(torques.items()):
+            colour = COLOURS[1 + i % (len(COLOURS) - 1)]
+            predicted = _join(parts)[:, j]
+            _line(upper, t, predicted, model, colour, "-" if i == 0 else (0, (5, 2)))
+            if measured is not None:
+                _line(lower, t, measured[:, j] - predicted, model, colour, "-" if i == 0 else (0, (5, 2)))
+        unit = Units(rotary[j] if rotary else True).torque
+        what = "force" if unit == "N" else "torque"
+        upper.set_ylabel(f"{name}: {what} [{unit.replace('.', '·')}]")
+        lower.set_ylabel("residual")
+        lower.axhline(0, color=INK, linewidth=0.6)
+
+
+def _finish(figure: Figure, columns: Sequence[Sequence[Axes]]) -> None:
+    columns[0][0].legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=4, borderaxespad=0.2)
+    for axes in columns:
+        axes[-1].set_xlabel("time [s]")
+        if axes is not columns[0]:
+            for panel in axes:
+                panel.set_ylabel("")
+    figure.align_ylabels()
+
+
+def _line(
+    axes: Axes, t: Array, y: Array, label: str, colour: str, dash: object, width: float = 1.0, alpha: float = 1.0
+) -> None:
+    step = max(1, len(t) // _MOST)
+    axes.plot(t[::step], y[::step], label=label, color=colour, linestyle=dash, linewidth=width, alpha=alpha)  # type: ignore[arg-type]
+
+
+def _join(parts: Sequence[Array | None]) -> Array:
+    """Records one after the other, a gap between them."""
+    known = [part for part in parts if part is not None]
+    gap = np.full((1, *known[0].shape[1:]), _GAP)
+    return np.concatenate([piece for part in known for piece in (part, gap)][:-1])
