@@ -9,7 +9,7 @@ import numpy as np
 from chebid.basis import Array
 from chebid.dynamics import make_dynamics
 from chebid.errors import InputError, Notice, Place
-from chebid.estimators import Estimate, JointResidual, Problem, judge, overall, relative_raw
+from chebid.estimators import Estimate, JointResidual, Problem, judge, overall
 from chebid.estimators.wls import wls_rows
 from chebid.log import Log, read_log
 from chebid.model import FitSection, FittedValue, Model
@@ -186,6 +186,5 @@ def _compare(model: Model, log: Log, theta: Array) -> Comparison:
         rows, _ = wls_rows(problem)
     else:
         rows = problem.rows
-    raw = relative_raw(problem.tracks, problem.dynamics, theta)
-    residual = judge(rows, theta, problem.dynamics.joints, raw)
+    residual = judge(problem, rows, theta)
     return Comparison(str(model.path), str(log.path), problem, theta, residual, overall(rows, theta))

@@ -7,6 +7,7 @@ import typer
 
 from chebid.cli.compare import compare
 from chebid.cli.derive import derive
+from chebid.cli.freqresp import freqresp
 from chebid.cli.identify import identify
 from chebid.cli.predict import predict
 from chebid.cli.project import project
@@ -21,7 +22,7 @@ app = typer.Typer(
     help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
     epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
 )
-for command in (project, derive, identify, predict, compare):
+for command in (project, derive, identify, freqresp, predict, compare):
     app.command()(command)
 
 

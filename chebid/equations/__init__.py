@@ -3,6 +3,7 @@
 from chebid.equations.build import Band, choose_band, measured_rows
 from chebid.equations.filtered import FilterSettings, filtered_rows
 from chebid.equations.gate import choose_gate, moving
+from chebid.equations.repeats import repeat_floor
 from chebid.equations.rows import JointNoise, Rows
 
 __all__ = [
@@ -15,4 +16,5 @@ __all__ = [
     "filtered_rows",
     "measured_rows",
     "moving",
+    "repeat_floor",
 ]

@@ -8,6 +8,7 @@ degree too low for q.
 """
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,19 +74,13 @@ def _track_rows(track: Track, dynamics: Dynamics, gate: Array, band: float) -> R
     used = moving(track, gate)
     count, joints = used.shape[0], used.shape[1]
     width = len(dynamics.parameters) + 1
-    degree, size = _stretch(track, band)
-    stretches = max(1, round(count / size))
-    edges = np.linspace(0, count, stretches + 1).astype(int)
     grams = np.zeros((joints, width, width))
     equations = np.zeros(joints)
     parts: list[tuple[int, Array]] = []
-    cache: dict[int, Array] = {}
-    for number, (start, stop) in enumerate(itertools.pairwise(edges)):
-        piece = slice(start, stop)
+    for number, (piece, basis) in enumerate(stretch_bases(track, band, count)):
         active = used[piece]
         if not active.any():
             continue
-        basis = _basis(track, piece, degree, cache)
         regressor = dynamics.regressor(_cut(track.motion, piece))
         system = np.concatenate([regressor, track.torque[piece][:, :, None]], axis=2)
         system = np.where(active[:, :, None], system, 0.0)
@@ -93,8 +88,19 @@ def _track_rows(track: Track, dynamics: Dynamics, gate: Array, band: float) -> R
             grams[j] += system[:, j].T @ system[:, j]
             equations[j] += float(active[:, j] @ np.sum(basis**2, axis=1))
         parts.append((number, np.einsum("nk,njp->jkp", basis, system, optimize=True)))
+    degree, size = _stretch(track, band)
     frequency = np.arange(degree + 1) * track.rate / (2 * size)
     return _collect(parts, frequency, grams, used.sum(axis=0), equations, width)
+
+
+def stretch_bases(track: Track, band: float, count: int) -> Iterator[tuple[slice, Array]]:
+    """Equal stretches of the first `count` samples, each with polynomials orthonormal on them (N_s, n + 1)."""
+    degree, size = _stretch(track, band)
+    edges = np.linspace(0, count, max(1, round(count / size)) + 1).astype(int)
+    cache: dict[int, Array] = {}
+    for start, stop in itertools.pairwise(edges):
+        piece = slice(int(start), int(stop))
+        yield piece, _basis(track, piece, min(degree, stop - start - 1), cache)
 
 
 def _stretch(track: Track, band: float) -> tuple[int, int]:

@@ -4,28 +4,32 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
-from chebid.equations import Rows
+from chebid.equations import Rows, repeat_floor
+from chebid.estimators.problem import Problem
 from chebid.estimators.result import JointResidual
 from chebid.motion import Track
 
 
-def judge(rows: Rows, theta: Array, joints: tuple[str, ...], raw: Array | None = None) -> dict[str, JointResidual]:
-    """One `JointResidual` per joint; `raw` (J,) are the relative errors over all samples."""
+def judge(problem: Problem, rows: Rows, theta: Array) -> dict[str, JointResidual]:
+    """One `JointResidual` per joint for theta (P,) on the rows of a problem."""
+    raw = relative_raw(problem.tracks, problem.dynamics, theta)
+    repeats = repeat_floor(problem.tracks, problem.dynamics, theta, problem.gate, float(rows.frequency.max()))
     residual = rows.Y - rows.W @ theta
     return {
-        name: _joint(rows, residual, theta, j, None if raw is None else float(raw[j])) for j, name in enumerate(joints)
+        name: _joint(rows, residual, theta, j, float(raw[j]), None if repeats is None else float(repeats[j]))
+        for j, name in enumerate(problem.dynamics.joints)
     }
 
 
-def _joint(rows: Rows, residual: Array, theta: Array, joint: int, raw: float | None) -> JointResidual:
+def _joint(rows: Rows, residual: Array, theta: Array, joint: int, raw: float, repeats: float | None) -> JointResidual:
     mine = rows.joint == joint
     norm, measured = float(np.linalg.norm(residual[mine])), float(np.linalg.norm(rows.Y[mine]))
     return JointResidual(
         rms=norm * rows.rms_scale(joint),
         relative=norm / measured if measured > 0 else 0.0,
         relative_raw=raw,
-        floor=_floor(rows, norm**2 * rows.repeat, theta, joint),
-        floor_kind="out-of-band",
+        floor=repeats if repeats is not None else _floor(rows, norm**2 * rows.repeat, theta, joint),
+        floor_kind="out-of-band" if repeats is None else "repeats",
     )
 
 

@@ -4,7 +4,7 @@ Positions are projected (eq. 11) and differentiated (eq. 13, 14); the equations 
 a whole, so that the rows are as many as there are independent equations.
 """
 
-from chebid.estimators.judge import judge, relative_raw
+from chebid.estimators.judge import judge
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.weighted import solve
@@ -14,7 +14,6 @@ def poly(problem: Problem) -> Estimate:
     """Estimate by projection. Raises NoAnswerError on rank loss or when nothing is left to use."""
     rows, dynamics = problem.rows, problem.dynamics
     found = solve(rows, dynamics.parameters)
-    raw = relative_raw(problem.tracks, dynamics, found.theta)
     record = problem.describe() | {
         "equation_bandwidth": problem.band.frequency,
         "equation_bandwidth_reason": problem.band.reason,
@@ -28,7 +27,7 @@ def poly(problem: Problem) -> Estimate:
         covariance=found.covariance,
         white=found.white,
         condition=found.condition,
-        residual=judge(rows, found.theta, dynamics.joints, raw),
+        residual=judge(problem, rows, found.theta),
         weights=1 / found.sigma,
         record=record,
         notices=tuple(problem.notices),

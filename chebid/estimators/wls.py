@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from chebid.equations import FilterSettings, Rows, filtered_rows
 from chebid.errors import InputError, Place
-from chebid.estimators.judge import judge, relative_raw
+from chebid.estimators.judge import judge
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.weighted import solve
@@ -69,7 +69,6 @@ def wls(problem: Problem) -> Estimate:
     rows, settings = wls_rows(problem)
     dynamics = problem.dynamics
     found = solve(rows, dynamics.parameters)
-    raw = relative_raw(problem.tracks, dynamics, found.theta)
     recipe = {key: value for key, value in vars(settings).items() if value is not None}
     return Estimate(
         method="wls",
@@ -78,7 +77,7 @@ def wls(problem: Problem) -> Estimate:
         covariance=found.covariance,
         white=found.white,
         condition=found.condition,
-        residual=judge(rows, found.theta, dynamics.joints, raw),
+        residual=judge(problem, rows, found.theta),
         weights=1 / found.sigma,
         record=problem.describe() | {"wls": recipe},
         notices=tuple(problem.notices),

@@ -1,0 +1,59 @@
+"""Noise from repeats: where a motion comes again, the difference of the residuals of two passes is noise alone.
+
+Nothing is assumed about the noise (colour, spectrum), and whatever the model misses is the same in both passes and
+drops out. Differences of the motion itself drop out too, because residuals are compared, not torques.
+"""
+
+import numpy as np
+import scipy.fft
+
+from chebid.basis import Array
+from chebid.dynamics import Dynamics
+from chebid.equations.build import stretch_bases
+from chebid.equations.gate import moving
+from chebid.motion import Track
+
+_ALIKE = 2e-3  # of the variance of the positions: two passes that differ by less (5 % in amplitude) repeat
+_SHORTEST = 64  # samples in a period
+
+
+def period(track: Track) -> int | None:
+    """Number of samples after which the motion repeats, or None. Needs an even clock and 1.5 periods at least."""
+    if not track.projections[0].operator.uniform:
+        return None
+    q = track.motion.q - track.motion.q.mean(axis=0)
+    scale = q.std(axis=0)
+    q = q[:, scale > 0] / scale[scale > 0]
+    count = len(q)
+    most = 2 * count // 3
+    if q.shape[1] == 0 or most <= _SHORTEST:
+        return None
+    spectrum = scipy.fft.rfft(q, 2 * count, axis=0)
+    product = scipy.fft.irfft(np.sum(np.abs(spectrum) ** 2, axis=1), 2 * count)[:most]
+    energy = np.concatenate([[0.0], np.cumsum(np.sum(q**2, axis=1))])
+    lags = np.arange(most)
+    both = energy[count - lags] + energy[count] - energy[lags]
+    unlike = (both - 2 * product) / np.maximum(both, np.finfo(float).tiny)
+    candidates = lags[_SHORTEST:-1]
+    at = unlike[candidates]
+    lowest = (at < _ALIKE) & (at <= unlike[candidates - 1]) & (at <= unlike[candidates + 1])
+    return int(candidates[lowest][0]) if lowest.any() else None
+
+
+def repeat_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Array, band: float) -> Array | None:
+    """Noise (J,) in N.m or N within the band, from every track that repeats; None when none does."""
+    energy, samples = np.zeros(len(dynamics.joints)), np.zeros(len(dynamics.joints))
+    for track in tracks:
+        lag = period(track)
+        if lag is None:
+            continue
+        used = moving(track, gate)
+        both = used[lag:] & used[:-lag]
+        residual = track.torque - dynamics.torque(track.motion, theta)
+        difference = np.where(both, residual[lag:] - residual[:-lag], 0.0)
+        for piece, basis in stretch_bases(track, band, len(difference)):
+            energy += np.sum((basis.T @ difference[piece]) ** 2, axis=0) / 2
+        samples += both.sum(axis=0)
+    if np.any(samples < _SHORTEST):
+        return None
+    return np.sqrt(energy / samples)
