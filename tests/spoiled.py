@@ -20,7 +20,7 @@ from chebid.log import LogSpec
 N = 1500
 RATE = 500.0
 JOINTS = ("q1", "q2")
-PLACES = {"start": 41, "middle": 750, "end": 1459}
+PLACES = {"start": 41, "middle": 750, "end": 1450}
 HEADER_ROW = 2  # the row number of the first sample in a CSV file
 
 Columns = dict[str, np.ndarray]
@@ -30,8 +30,8 @@ def clean() -> Columns:
     """Two joints on encoders of 1e-4 rad with a count of noise, torques of 1 % noise, 3 s at 500 Hz."""
     rng = np.random.default_rng(20)
     t = np.arange(N) / RATE
-    q1 = 0.8 * np.sin(2 * np.pi * 0.9 * t + 0.7) + 0.2 * np.sin(2 * np.pi * 2.3 * t + 1)
-    q2 = 0.5 * np.cos(2 * np.pi * 0.7 * t) + 0.3 * np.sin(2 * np.pi * 1.7 * t)
+    q1 = 0.8 * np.sin(2 * np.pi * 0.9 * t) + 0.2 * np.sin(2 * np.pi * 2.3 * t + 1)
+    q2 = 0.5 * np.cos(2 * np.pi * 0.7 * t + 2.75) + 0.3 * np.sin(2 * np.pi * 1.7 * t)
     q = np.round((np.stack([q1, q2], 1) + 1e-4 * rng.standard_normal((N, 2))) / 1e-4) * 1e-4
     tau = np.stack([40 * np.cos(5 * t) + 9 * np.tanh(30 * np.cos(6 * t)), 8 * np.sin(4 * t + 1)], 1)
     tau += np.array([0.3, 0.05]) * rng.standard_normal((N, 2))
@@ -150,7 +150,13 @@ def _stamp_missing(columns: Columns, place: int) -> None:
 
 
 def _frozen(columns: Columns, place: int) -> None:
-    columns["q1"][place : place + 25] = columns["q1"][place - 1]
+    columns["q2"][place : place + 25] = columns["q2"][place - 1]
+
+
+def _frozen_off(columns: Columns, place: int) -> None:
+    _frozen(columns, place)
+    for name in JOINTS:
+        columns[name][place + 25 :] += 0.6
 
 
 @dataclass(frozen=True)
@@ -179,7 +185,8 @@ FAULTS: Mapping[str, _Fault] = {
     "repeated stamp": _Fault(_repeated_stamp, "repeated_time", "t", cuts=True),
     "stamp out of line": _Fault(_stamp_outlier, "time_outlier", "t"),
     "stamp missing": _Fault(_stamp_missing, "missing_time", "t"),
-    "frozen sensor": _Fault(_frozen, "frozen", "q1"),
+    "frozen sensor": _Fault(_frozen, "frozen", "q2"),
+    "frozen sensor, then off": _Fault(_frozen_off, "frozen seam", "q2", cuts=True),
 }
 
 
@@ -194,7 +201,7 @@ def _numeric() -> list[Spoiled]:
                     f"{name} at the {where}",
                     numbers(columns),
                     error=fault.error,
-                    kinds=frozenset() if fault.error else frozenset({fault.kind}),
+                    kinds=frozenset() if fault.error else frozenset(fault.kind.split()),
                     column=fault.column,
                     row=HEADER_ROW + place,
                     records=2 if fault.cuts else 1,

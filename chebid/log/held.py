@@ -63,6 +63,22 @@ def find_held(t: Array, x: Array) -> Held:
     return Held(share, int(first[0]) + 1, frozen)
 
 
+def stale_before(x: Array, cut: int) -> int:
+    """The first of the repeats just before the jump at `cut` when the joint stopped dead for them; else `cut`.
+
+    A joint that comes to rest slows down; a sensor that stands still stops at full pace.
+    """
+    first = cut - 1
+    while first > 0 and x[first - 1] == x[cut - 1]:
+        first -= 1
+    if cut - 1 - first < _SHORTEST or first < _REACH:
+        return cut
+    pace = abs(x[first] - x[first - _REACH]) / _REACH
+    last = abs(x[first] - x[first - 2]) / 2
+    fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
+    return first + 1 if last > 0.7 * pace > 5 * _PACE * fastest else cut
+
+
 def _least_pace(t: Array, x: Array) -> Array:
     """Change per sample (N,) from which a moving joint cannot repeat a value."""
     fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
@@ -78,21 +94,27 @@ def _runs(same: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _is_held(x: Array, first: NDArray[np.intp], end: NDArray[np.intp], least: Array) -> NDArray[np.bool_]:
-    """Which stretches of repeats the joint moved on in: x[first] to x[end] are equal, the next step makes up."""
+    """Which stretches of repeats the joint moved on in: x[first] to x[end] are equal, the next step makes up.
+
+    The pace is taken over a fixed reach, and over three such stretches for a sensor that is slower still.
+    """
+    held = np.zeros(len(first), dtype=bool)
     inside = (first >= _LEAST) & (end + 1 + _LEAST < len(x))
     first, end = first[inside], end[inside]
-    length = end - first
-    reach = np.maximum(_REACH, 3 * (length + 1))
+    near = np.full(len(first), _REACH)
+    far = np.maximum(_REACH, 3 * (end - first + 1))
+    held[inside] = _moved_on(x, first, end, near, least[first]) | _moved_on(x, first, end, far, least[first])
+    return held
+
+
+def _moved_on(
+    x: Array, first: NDArray[np.intp], end: NDArray[np.intp], reach: NDArray[np.intp], least: Array
+) -> NDArray[np.bool_]:
+    """Whether the pace before and after, over `reach` samples, and the next step all go the same way, far enough."""
     back, ahead = np.minimum(reach, first), np.minimum(reach, len(x) - 2 - end)
     before = (x[first] - x[first - back]) / back
     after = (x[end + 1 + ahead] - x[end + 1]) / ahead
     made_up = x[end + 1] - x[end]
     pace = np.minimum(np.abs(before), np.abs(after))
-    held = np.zeros(len(inside), dtype=bool)
-    held[inside] = (
-        (np.sign(before) == np.sign(made_up))
-        & (np.sign(after) == np.sign(made_up))
-        & (pace > least[first])
-        & (np.abs(made_up) >= _MADE_UP * (length + 1) * pace)
-    )
-    return held
+    same_way = (np.sign(before) == np.sign(made_up)) & (np.sign(after) == np.sign(made_up))
+    return np.asarray(same_way & (pace > least) & (np.abs(made_up) >= _MADE_UP * (end - first + 1) * pace))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chebid.log.findings import Findings, several
-from chebid.log.held import Held, find_held
+from chebid.log.held import Held, find_held, stale_before
 from chebid.log.seams import find_jumps, unwrap
 from chebid.log.spikes import find_spikes
 
@@ -91,11 +91,22 @@ def _leave_out_held(column: Column, stretches: Sequence[tuple[int, int]]) -> Non
         if held.notable and notable is None:
             notable = (int(places[held.example]), held)
         for first, end in held.frozen:
-            message = f"stands still for {end - first} samples while the joint moves on: left out"
-            column.note("frozen", message, int(places[first]), int(places[end - 1]) + 1)
-            column.x[places[first:end]] = np.nan
+            _leave_out_frozen(column, places[first:end])
     if notable is not None:
         _tell_held(column, *notable)
+
+
+def _leave_out_frozen(column: Column, places: NDArray[np.intp]) -> None:
+    if len(places):
+        message = f"stands still for {len(places)} samples while the joint moves on: left out"
+        column.note("frozen", message, int(places[0]), int(places[-1]) + 1)
+        column.x[places] = np.nan
+
+
+def _tell_seam(column: Column, before: int, after: int) -> None:
+    size, time = column.x[after] - column.x[before], column.t[after] - column.t[before]
+    message = f"jumps by {size:.6g} in {time:.4g} s, which no velocity explains: a new record begins"
+    column.note("seam", message, after)
 
 
 def _tell_held(column: Column, place: int, held: Held) -> None:
@@ -113,11 +124,9 @@ def _cut_jumps(column: Column, stretches: Sequence[tuple[int, int]], manner: Man
             continue
         jumps = find_jumps(column.t[places], column.x[places], manner.jump)
         for cut in jumps.cuts:
-            before, after = int(places[cut - 1]), int(places[cut])
-            size, time = column.x[after] - column.x[before], column.t[after] - column.t[before]
-            message = f"jumps by {size:.6g} in {time:.4g} s, which no velocity explains: a new record begins"
-            column.note("seam", message, after)
-            seams.append(after)
+            _tell_seam(column, int(places[cut - 1]), int(places[cut]))
+            seams.append(int(places[cut]))
+            _leave_out_frozen(column, places[stale_before(column.x[places], cut) : cut])
         for first, end in jumps.excursions:
             message = f"{end - first} samples away from the curve, and back: left out"
             column.note("spike", message, int(places[first]), int(places[end - 1]) + 1)
