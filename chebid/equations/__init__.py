@@ -1,6 +1,6 @@
 """Log + model -> rows: the over-determined system Y = W theta + rho of eq. 20, gated, trimmed and filtered."""
 
-from chebid.equations.build import Band, choose_band, measured_rows
+from chebid.equations.build import Band, choose_band, measured_rows, project_columns
 from chebid.equations.filtered import FilterSettings, filtered_rows
 from chebid.equations.gate import choose_gate, moving
 from chebid.equations.repeats import repeat_floor
@@ -16,5 +16,6 @@ __all__ = [
     "filtered_rows",
     "measured_rows",
     "moving",
+    "project_columns",
     "repeat_floor",
 ]

@@ -19,12 +19,13 @@ from chebid.effects import Motion
 from chebid.equations.gate import moving
 from chebid.equations.rows import JointNoise, Rows, merge
 from chebid.errors import NoAnswerError
-from chebid.motion import Track
+from chebid.motion import Mask, Track
 from chebid.projection.modes import degree_modes
 
 _SHARP = 2.5  # n <= 2.5 sqrt(N) on a stretch: its polynomials stay well conditioned
 _LONGEST = 150  # degree on a stretch: more would only cost time
 _FLAT = 0.6  # of the bandwidth of q: up to there its accelerations are right to 1 %
+_CHUNK = 32768  # samples whose regressor is held at a time
 _ENERGY = 0.999  # of the model's torque lies inside the band that is chosen
 
 
@@ -72,25 +73,43 @@ def measured_rows(tracks: list[Track], dynamics: Dynamics, gate: Array, band: fl
 
 def _track_rows(track: Track, dynamics: Dynamics, gate: Array, band: float) -> Rows:
     used = moving(track, gate)
-    count, joints = used.shape[0], used.shape[1]
-    width = len(dynamics.parameters) + 1
+    joints, width = used.shape[1], len(dynamics.parameters) + 1
     grams = np.zeros((joints, width, width))
     equations = np.zeros(joints)
     parts: list[tuple[int, Array]] = []
-    for number, (piece, basis) in enumerate(stretch_bases(track, band, count)):
-        active = used[piece]
-        if not active.any():
-            continue
-        regressor = dynamics.regressor(_cut(track.motion, piece))
-        system = np.concatenate([regressor, track.torque[piece][:, :, None]], axis=2)
-        system = np.where(active[:, :, None], system, 0.0)
+    chunk = _Chunk(track, dynamics)
+    for number, piece, basis in _active_stretches(track, used, band):
+        system = np.where(used[piece][:, :, None], chunk.system(piece), 0.0)
         for j in range(joints):
             grams[j] += system[:, j].T @ system[:, j]
-            equations[j] += float(active[:, j] @ np.sum(basis**2, axis=1))
-        parts.append((number, np.einsum("nk,njp->jkp", basis, system, optimize=True)))
+            equations[j] += float(used[piece][:, j] @ np.sum(basis**2, axis=1))
+        parts.append((number, _project(basis, system)))
     degree, size = _stretch(track, band)
     frequency = np.arange(degree + 1) * track.rate / (2 * size)
     return _collect(parts, frequency, grams, used.sum(axis=0), equations, width)
+
+
+def project_columns(track: Track, gate: Array, band: float, columns: Array) -> Array:
+    """Further columns (N, J, K), known at the samples of a track, as rows (R, K) in the order of `measured_rows`."""
+    used = moving(track, gate)
+    parts = [
+        _project(basis, np.where(used[piece][:, :, None], columns[piece], 0.0))
+        for _, piece, basis in _active_stretches(track, used, band)
+    ]
+    return np.concatenate(parts, axis=1).reshape(-1, columns.shape[2])
+
+
+def _project(basis: Array, system: Array) -> Array:
+    """Coefficients (J, n + 1, K) of columns (N_s, J, K) on the polynomials of a stretch (N_s, n + 1)."""
+    samples, joints, width = system.shape
+    return (basis.T @ system.reshape(samples, -1)).reshape(-1, joints, width).transpose(1, 0, 2)
+
+
+def _active_stretches(track: Track, used: Mask, band: float) -> Iterator[tuple[int, slice, Array]]:
+    """Number, samples and polynomials of the stretches in which anything moves."""
+    for number, (piece, basis) in enumerate(stretch_bases(track, band, len(used))):
+        if used[piece].any():
+            yield number, piece, basis
 
 
 def stretch_bases(track: Track, band: float, count: int) -> Iterator[tuple[slice, Array]]:
@@ -121,8 +140,29 @@ def _basis(track: Track, piece: slice, degree: int, cache: dict[int, Array]) -> 
     return cache[len(t)]
 
 
+class _Chunk:
+    """[W Y] at the samples (N, J, P + 1) of a track, made a chunk at a time and never whole.
+
+    Chunks are long, because an effect with a memory (presliding) begins anew in each.
+    """
+
+    def __init__(self, track: Track, dynamics: Dynamics) -> None:
+        self._track, self._dynamics = track, dynamics
+        self._start, self._values = 0, np.zeros((0, 0, 0))
+
+    def system(self, piece: slice) -> Array:
+        """Rows of a stretch; stretches are asked for in order."""
+        if piece.stop > self._start + len(self._values):
+            self._start = piece.start
+            ahead = slice(piece.start, max(piece.stop, piece.start + _CHUNK))
+            regressor = self._dynamics.regressor(_cut(self._track.motion, ahead))
+            self._values = np.concatenate([regressor, self._track.torque[ahead][:, :, None]], axis=2)
+        return self._values[piece.start - self._start : piece.stop - self._start]
+
+
 def _cut(motion: Motion, piece: slice) -> Motion:
-    return Motion(motion.t[piece], motion.q[piece], motion.dq[piece], motion.ddq[piece])
+    tau = None if motion.tau is None else motion.tau[piece]
+    return Motion(motion.t[piece], motion.q[piece], motion.dq[piece], motion.ddq[piece], tau)
 
 
 def _collect(
