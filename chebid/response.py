@@ -137,7 +137,7 @@ def _rate(t: Array) -> float:
 
 @dataclass(frozen=True)
 class _Probe:
-    """Sines go through `operator`; its output at the instants `at` (M,) counts with the weights `inner`, `whole` (M,)."""
+    """Sines go through `operator`; what comes out at instants `at` (M,) counts with weights `inner`, `whole` (M,)."""
 
     operator: Operator
     at: NDArray[np.intp]
@@ -190,7 +190,7 @@ def _inside(t: Array, at: Array) -> Array:
 
 
 def cutoff(operator: Operator, order: int = 0) -> float | None:
-    """The lowest frequency in Hz at which the gain over |tau| < 0.9 falls to -3.01 dB; None if none below fs / 2 does."""
+    """The lowest frequency in Hz at which the gain over |tau| < 0.9 falls to -3.01 dB; None if there is none."""
     rate, span = _rate(operator.t), float(operator.t[-1] - operator.t[0])
 
     def excess(f: ArrayLike) -> Array:
@@ -224,12 +224,13 @@ def _bracket(excess: Callable[[Array], Array], guess: float, nyquist: float) -> 
 
 @dataclass(frozen=True)
 class Sweep:
-    """The response of one plan on a record of that `rate` (Hz) and `duration` (s); `cutoff` in Hz."""
+    """The response of one plan on a record of that `rate` (Hz) and `duration`; lengths in s, `cutoff` in Hz."""
 
     plan: Plan
     rate: float
     duration: float
     windows: int
+    window_length: float
     cutoff: float | None
     response: Response
 
@@ -244,12 +245,24 @@ class Sweep:
             "order": self.response.order,
             "fit": self.plan.fit,
             "basis": self.plan.basis,
-            "window": self.plan.window,
             "windows": self.windows,
+            "window": self.window_length,
             "penalty": self.plan.penalty if np.isfinite(self.plan.penalty) else None,
             "cutoff": self.cutoff,
             "response": [dict(zip(self.columns(), map(_number, row), strict=True)) for row in rows],
         }
+
+    def sentence(self) -> str:
+        """The operator and its cut-off in words."""
+        plan, order = self.plan, self.response.order
+        length = self.duration if self.windows == 1 else self.window_length
+        where = "the whole record" if self.windows == 1 else f"each of {self.windows} overlapping windows"
+        penalty = f", penalty with half gain at {plan.penalty:.4g} Hz" if np.isfinite(plan.penalty) else ""
+        found = f"-3 dB at {self.cutoff:.5g} Hz" if self.cutoff else "no -3 dB point below half the rate"
+        return (
+            f"fit {plan.fit}, basis {plan.basis}: degree {plan.degree} on {where} ({length:.4g} s at {self.rate:g} Hz)"
+            f"{penalty}.\nderivative order {order}: {found}, over the inner {100 * INNER:.0f} % of the record."
+        )
 
     def columns(self) -> dict[str, Array]:
         """The table: frequency Hz, gains dB over |tau| < 0.9 and over the whole record, phase deg; (F,) each."""
@@ -343,7 +356,9 @@ def sweep(rate: float, duration: float, wish: Wish, order: int = 0, frequency: A
     cut = cutoff(operator, order)
     if frequency is None:
         frequency = _grid(operator, cut)
-    return Sweep(operator.plan, rate, float(t[-1]), operator.layout.count, cut, response(operator, frequency, order))
+    found = response(operator, frequency, order)
+    layout = operator.layout
+    return Sweep(operator.plan, rate, float(t[-1]), layout.count, float(2 * layout.half[0]), cut, found)
 
 
 def _grid(operator: Operator, cut: float | None) -> Array:

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 INK, FAINT = "#000000", "#767676"
 MEASURED, PREDICTED = COLOURS[0], COLOURS[1]
-COLOUR_MAP = "cividis"  # reads the same with and without colour vision, and in grey
+COLOUR_MAP = "viridis"  # even in lightness: reads without colour vision, and in grey
 _DASHES = ("-", (0, (6, 2)), (0, (4, 1.5, 1, 1.5)), (0, (2, 1.2)), (0, (8, 2, 1, 2, 1, 2)), (0, (1, 1)))
 
 STYLE: Any = {
