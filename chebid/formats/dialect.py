@@ -20,7 +20,7 @@ _NUMBER = {
 @dataclass(frozen=True)
 class Dialect:
     """`separator` is ' ' for any run of blanks; `first` is the number of the first data line, from 1; `header` the
-    names as written, None when the first line already holds numbers.
+    names as written, None when the first line already holds numbers; `words` the places of columns that hold text.
     """
 
     encoding: str
@@ -30,6 +30,7 @@ class Dialect:
     units: tuple[str, ...] | None
     first: int
     width: int
+    words: frozenset[int]
 
 
 def encoding_of(head: bytes, shown: str) -> str:
@@ -126,7 +127,18 @@ def _with_header(
         first = number + 1
     if header is None:
         header = _commented_header(kept, first, separator, width)
-    return Dialect(encoding, separator, decimal, header, units, first, width)
+    words = _words([line for number, line in data if number >= first][:_SAMPLE], separator, decimal, width)
+    return Dialect(encoding, separator, decimal, header, units, first, width, words)
+
+
+def _words(lines: list[str], separator: str, decimal: str, width: int) -> frozenset[int]:
+    """Places of the columns in which most cells are neither numbers nor missing."""
+    rows = [row for row in (split(line, separator) for line in lines) if len(row) == width]
+    counts = [
+        sum(cell.lower() not in MISSING and not is_number(cell, decimal) for cell in cells)
+        for cells in zip(*rows, strict=True)
+    ]
+    return frozenset(place for place, count in enumerate(counts) if 2 * count > len(rows))
 
 
 def _is_header(cells: list[str], decimal: str, header: tuple[str, ...] | None) -> bool:

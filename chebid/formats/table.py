@@ -31,7 +31,8 @@ class Table:
 
     `arrays`: variables by name, float64, (N,) or 2-D; NaN where a cell is missing or holds text.
     `first_row`, `lines`: row numbers as `errors.Place` counts them; `lines` only when lines were skipped in between.
-    `text`: the columns with cells that are no numbers. `notices`: what was odd in reading.
+    `text`: the columns with cells that are no numbers. `notices`: what was odd in reading. `nameless`: the columns that
+    the file does not name. `units`: those of a line of units below the header.
     """
 
     path: Path
@@ -43,6 +44,12 @@ class Table:
     text: Mapping[str, TextCells] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
     nameless: frozenset[str] = frozenset()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def headless(self) -> bool:
+        """Whether no column has a name of its own."""
+        return bool(self.arrays) and len(self.nameless) == len(self.arrays)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -54,6 +61,11 @@ class Table:
         if self.lines is not None:
             return self.lines[:count]
         return np.arange(self.first_row, self.first_row + count, dtype=np.int64)
+
+    def unit(self, name: str) -> str | None:
+        """The unit that the file gives for a column, in brackets after the name or in a line of units."""
+        found = self.units.get(name) or header_unit(name)
+        return found.strip(" []()") if found else None
 
     def find(self, name: str) -> str | None:
         """The column that `name` means: exactly so called, or so called but for a unit in brackets."""
@@ -104,6 +116,10 @@ class Table:
         close = get_close_matches(name, self.names, n=3, cutoff=0.6)
         if close:
             return f"did you mean {', '.join(close)}?"
+        if self.headless:
+            return (
+                "the file has no header line: write the names above the data, or refer to 'column 1', 'column 2', ..."
+            )
         some = ", ".join(self.names[:8]) + (", ..." if len(self.names) > 8 else "")
         return f"the columns are {some}" if some else "the file holds no numeric column"
 

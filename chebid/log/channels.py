@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.formats import header_unit
 from chebid.log.findings import Findings
 from chebid.log.roughness import quantum
 
@@ -91,10 +90,12 @@ def check_saturation(values: Array, names: Sequence[str], rows: Rows, findings: 
                 findings.note("saturation", message, column=name, row=rows[first], value=limit)
 
 
-def check_units(position: Array, names: Sequence[str], gain: Array, rows: Rows, findings: Findings) -> None:
+def check_units(
+    position: Array, names: Sequence[str], units: Sequence[str | None], gain: Array, rows: Rows, findings: Findings
+) -> None:
     """Notices for positions that look like degrees while the gain takes them as radians."""
     for place, name in enumerate(names):
-        unit = (header_unit(name) or "").lower()
+        unit = (units[place] or "").lower()
         if not (gain[:, place] == 1.0).any() and (gain[:, place] != 0).any():
             continue
         size = np.abs(np.nan_to_num(position[:, place]))

@@ -67,6 +67,8 @@ def _time(table: Table, spec: LogSpec) -> str | None:
     found = guess_time(table)
     if found is not None or spec.rate is not None:
         return found
+    if table.headless:
+        table.column("t")  # raises, with the way out for a file without a header
     raise InputError(
         "no time column",
         hint=f"name it in the model file's log: section as 'time:'{_clock_like(table)}, or give 'rate:' in Hz there",
@@ -100,7 +102,7 @@ def _all(table: Table, time: str | None, findings: Findings) -> tuple[str, ...]:
     length = len(columns[time]) if time in columns else max((len(column) for column in columns.values()), default=0)
     names = []
     for name, column in columns.items():
-        if len(column) != length or name == time or name in table.nameless:
+        if len(column) != length or name == time or (name in table.nameless and not table.headless):
             continue
         if np.isfinite(column).mean() < 0.5:
             findings.note("left_out", "more than half of this column is missing: left out", column=name)

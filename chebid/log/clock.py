@@ -253,7 +253,7 @@ def _judge_steps(clock: Clock, rate: float | None, column: _Column) -> Clock:
         return _evened(clock, rate) if rate else clock
     longest = int(places[np.argmax(step)])
     multiple = np.rint(step / usual)
-    if (np.abs(step / usual - multiple) <= _EVEN * multiple).all() and least > 0.5 * usual:
+    if (np.abs(step / usual - multiple) <= _EVEN * multiple).all() and least > 0.5 * usual and (multiple > 1).any():
         lost = np.flatnonzero(multiple > 1)
         rows = several([int(row) for row in column.rows[clock.keep[places[lost]]]])
         message = f"{int((multiple - 1).sum())} samples were lost, before {rows}: the stamps are used as they are"

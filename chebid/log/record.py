@@ -82,11 +82,17 @@ def is_uniform(t: NDArray[np.float64]) -> bool:
     return bool(off <= 2e-4 * step or (off <= 1e-2 * step and off <= stamp_resolution(t)))
 
 
+def is_single(x: NDArray[np.float64]) -> bool:
+    """Whether all values were single precision once; False beyond its range."""
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(x.astype(np.float32).astype(np.float64), x))
+
+
 def stamp_resolution(t: NDArray[np.float64]) -> float:
     """The step in which stamps (s) are written: a power of ten, or that of single or double precision."""
     largest = float(np.abs(t).max())
     double = 4 * float(np.finfo(np.float64).eps) * largest
-    if np.array_equal(t.astype(np.float32).astype(np.float64), t):
+    if is_single(t):
         return max(double, float(np.finfo(np.float32).eps) * largest)
     for digits in range(10):
         grid = t * 10.0**digits

@@ -8,7 +8,7 @@ deviation s gives r a deviation of sqrt(70)/6 s; smooth motion gives next to not
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.log.record import is_uniform
+from chebid.log.record import is_single, is_uniform
 
 Array = NDArray[np.float64]
 
@@ -92,8 +92,4 @@ def printed_resolution(x: Array, most: int = 7) -> Array | float:
 def resolution(x: Array) -> Array:
     """Least meaningful difference (N,): the quantum, the printed digits or single precision, whichever is coarsest."""
     floor = np.maximum(quantum(x), printed_resolution(x))
-    return np.maximum(floor, 2e-7 * np.abs(x) if _is_single(x) else 1e-15 * np.abs(x))
-
-
-def _is_single(x: Array) -> bool:
-    return bool(np.array_equal(x.astype(np.float32).astype(np.float64), x))
+    return np.maximum(floor, 2e-7 * np.abs(x) if is_single(x) else 1e-15 * np.abs(x))

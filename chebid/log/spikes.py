@@ -79,7 +79,8 @@ def distance(t: Array, x: Array, places: NDArray[np.intp], length: int) -> tuple
     powers = np.arange(_TERMS)
     design = ((t[near] - centre) / half)[:, :, None] ** powers
     values = x[near] - level
-    inverse = np.linalg.inv(np.einsum("pij,pik->pjk", design, design))
+    gram = np.einsum("pij,pik->pjk", design, design)  # singular for stamps as uneven as those of a broken clock
+    inverse = np.linalg.inv(gram + 1e-9 * np.eye(_TERMS))
     weights = np.einsum("pjk,pik,pi->pj", inverse, design, values)
     misfit = np.sqrt(((values - np.einsum("pij,pj->pi", design, weights)) ** 2).sum(axis=1) / (2 * _SIDE - _TERMS))
     at = ((t[run] - centre) / half)[:, :, None] ** powers
