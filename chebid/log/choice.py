@@ -1,6 +1,6 @@
 """Which column of a file is what: time, position, torque, reference."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,12 +29,13 @@ TIMES = (
 
 @dataclass(frozen=True)
 class Choice:
-    """Names of the columns, as they are in the file. `time` is None for a log on a given rate."""
+    """Names of the columns, as they are in the file, and their units. `time` is None for a log on a given rate."""
 
     time: str | None
     position: tuple[str, ...]
     torque: tuple[str, ...] | None
     reference: tuple[str, ...] | None
+    units: Mapping[str, str | None]
 
 
 def choose(
@@ -52,12 +53,16 @@ def choose(
     time = _time(table, spec)
     if joints is None:
         names = _named(table, signals) if signals else _all(table, time, findings)
-        return Choice(time, names, None, None)
+        return Choice(time, names, None, None, _units(table, time, names))
     position = _named(table, spec.position or _default(table, joints, "q", ""))
     torque = _torque(table, spec, joints, need_torque)
     reference = _named(table, spec.reference) if spec.reference else None
     _refuse_twins(table, position, torque or (), time)
-    return Choice(time, position, torque, reference)
+    return Choice(time, position, torque, reference, _units(table, time, position))
+
+
+def _units(table: Table, time: str | None, names: Sequence[str]) -> dict[str, str | None]:
+    return {name: table.unit(name) for name in (*names, *([time] if time else []))}
 
 
 def _time(table: Table, spec: LogSpec) -> str | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chebid.errors import InputError
-from chebid.formats import base_name, header_unit
+from chebid.formats import base_name
 from chebid.log.findings import Findings, several
 from chebid.log.record import stamp_resolution
 
@@ -56,15 +56,18 @@ def even_clock(count: int, rate: float) -> Clock:
     return Clock(np.arange(count) / rate, np.arange(count))
 
 
-def read_clock(stamps: Array, name: str, rate: float | None, same: Same, rows: Places, findings: Findings) -> Clock:
-    """Check the stamps (N,) of the column `name`, in s, against each other and against the `rate` that was given.
+def read_clock(
+    stamps: Array, name: str, unit: str | None, rate: float | None, same: Same, rows: Places, findings: Findings
+) -> Clock:
+    """Check the stamps (N,) of the column `name` against each other and against the `rate` (Hz) that was given.
 
+    `unit` is the one that the file gives, s when it gives none.
     `same` tells whether two samples are equal in all other columns, so that one of them was written twice.
     Raises InputError when the column is no clock, is in another unit, or contradicts `rate`.
     """
     column = _Column(name, rows, findings)
     keep = _present(stamps, column)
-    t = stamps[keep] * _written_unit(column, keep)
+    t = stamps[keep] * _written_unit(unit, column, keep)
     t = t * _guessed_unit(t, rate, keep, column)
     _refuse_disorder(t, keep, column)
     keep, t = _without_outliers(t, keep, column)
@@ -87,13 +90,13 @@ def _present(stamps: Array, column: _Column) -> Places:
     return np.flatnonzero(good)
 
 
-def _written_unit(column: _Column, keep: Places) -> float:
-    """Seconds per unit of the stamps, when the name of the column tells it: `t [ms]`, `stamp_ns`."""
+def _written_unit(unit: str | None, column: _Column, keep: Places) -> float:
+    """Seconds per unit of the stamps, when the file tells it: by `unit`, or as in `stamp_ns`."""
     ending = re.search(r"_(ms|us|ns)$", base_name(column.name).lower())
-    unit = header_unit(column.name) or (ending[1] if ending else "s")
+    unit = unit or (ending[1] if ending else "s")
     factor = _UNITS.get(unit.lower(), 1.0)
     if factor != 1.0:
-        column.note("time_unit", f"the name says {unit}: taken as such", int(keep[0]), None)
+        column.note("time_unit", f"the file says {unit}: taken as such", int(keep[0]), None)
     return factor
 
 

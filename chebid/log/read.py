@@ -41,12 +41,13 @@ def read_log(
     table = read_table(path, name=name)
     findings = Findings(table.shown, list(table.notices))
     choice = choose(table, spec, joints, signals, need_torque, findings)
-    logged = _take(table, choice)
-    clock = _clock(table, choice, spec, logged, findings)
-    logged = logged.only(clock.keep)
-    gains = _Gains.of(spec, None if joints is None else len(joints), logged)
-    cuts = _check(logged, choice, clock, gains, findings)
-    records = _records(logged, replace(clock, cuts=cuts), gains, findings)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # damaged files hold numbers of any size
+        logged = _take(table, choice)
+        clock = _clock(table, choice, spec, logged, findings)
+        logged = logged.only(clock.keep)
+        gains = _Gains.of(spec, None if joints is None else len(joints), logged)
+        cuts = _check(logged, choice, clock, gains, findings)
+        records = _records(logged, replace(clock, cuts=cuts), gains, findings)
     names = tuple(joints) if joints is not None else choice.position
     return Log(path, _sha256(path), names, records, tuple(findings.notices))
 
@@ -128,7 +129,7 @@ def _clock(table: Table, choice: Choice, spec: LogSpec, logged: _Logged, finding
         assert spec.rate is not None
         return even_clock(len(logged.rows), spec.rate)
     stamps = table.column(choice.time)
-    return read_clock(stamps, choice.time, spec.rate, logged.same, logged.rows, findings)
+    return read_clock(stamps, choice.time, choice.units[choice.time], spec.rate, logged.same, logged.rows, findings)
 
 
 def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, findings: Findings) -> tuple[int, ...]:
@@ -144,7 +145,8 @@ def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, finding
     channels.check_motion(logged.position, choice.position, rows, findings, needed=model)
     exchanged = _check_torque(logged, choice, gains, findings)
     if model and not exchanged:
-        channels.check_units(logged.position, choice.position, gains.position, rows, findings)
+        units = [choice.units[name] for name in choice.position]
+        channels.check_units(logged.position, choice.position, units, gains.position, rows, findings)
     return _check_in_time(logged, choice, clock, gains, findings)
 
 
