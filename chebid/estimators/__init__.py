@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from chebid.errors import UsageError
+from chebid.estimators.huber import huber
 from chebid.estimators.judge import judge, overall, relative_raw
 from chebid.estimators.poly import poly
 from chebid.estimators.problem import Problem
@@ -11,7 +12,7 @@ from chebid.estimators.wls import wls
 
 __all__ = ["METHODS", "Estimate", "JointResidual", "Problem", "estimate", "judge", "overall", "relative_raw"]
 
-METHODS: dict[str, Callable[[Problem], Estimate]] = {"poly": poly, "wls": wls}
+METHODS: dict[str, Callable[[Problem], Estimate]] = {"poly": poly, "wls": wls, "huber": huber}
 
 
 def estimate(problem: Problem, method: str) -> Estimate:

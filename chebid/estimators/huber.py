@@ -1,0 +1,57 @@
+"""`huber`: Huber's M-estimator by iteratively reweighted least squares, on the rows of `wls`.
+
+Rows whose residual is beyond k robust standard deviations of their joint count less (Janot, Vandanjon, Gautier, IROS
+2009; Huber, Robust Statistics, 1981). k = 1.345 keeps 95 % efficiency on Gaussian noise.
+"""
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.equations import Rows
+from chebid.errors import NoAnswerError
+from chebid.estimators.judge import judge
+from chebid.estimators.problem import Problem
+from chebid.estimators.result import Estimate
+from chebid.estimators.settings import HuberSettings, method_settings
+from chebid.estimators.weighted import solve
+from chebid.estimators.wls import recipe, wls_rows
+
+_ROUNDS = 50
+
+
+def huber(problem: Problem) -> Estimate:
+    """Estimate robustly. Raises NoAnswerError on rank loss, or when the weights do not settle."""
+    settings = method_settings(problem.model, "huber", HuberSettings)
+    rows, filters = wls_rows(problem)
+    parameters = problem.dynamics.parameters
+    root = np.ones(len(rows.Y))
+    for _ in range(_ROUNDS):
+        found = solve(rows, parameters, root)
+        before, root = root, np.sqrt(_weights(rows, rows.Y - rows.W @ found.theta, settings.k))
+        if np.max(np.abs(root - before)) < 1e-4:
+            break
+    else:
+        raise NoAnswerError("the Huber weights do not settle", hint="use --method wls, and look at the residuals")
+    return Estimate(
+        method="huber",
+        parameters=parameters,
+        theta=found.theta,
+        covariance=found.covariance,
+        white=found.white,
+        condition=found.condition,
+        residual=judge(problem, rows, found.theta),
+        weights=1 / found.sigma,
+        record=problem.describe()
+        | {"huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))}, "wls": recipe(filters)},
+        notices=tuple(problem.notices),
+    )
+
+
+def _weights(rows: Rows, residual: Array, k: float) -> Array:
+    """Huber's weights (R,): 1 within k deviations of the joint, k / |u| beyond."""
+    out = np.ones(len(residual))
+    for j in range(rows.joints):
+        mine = rows.joint == j
+        scale = 1.4826 * np.median(np.abs(residual[mine]))
+        out[mine] = np.minimum(1.0, k * scale / np.maximum(np.abs(residual[mine]), np.finfo(float).tiny))
+    return out
