@@ -12,7 +12,7 @@ from chebid.errors import InputError, Notice, Place
 from chebid.estimators import Estimate, JointResidual, Problem, judge, overall
 from chebid.estimators.wls import wls_rows
 from chebid.log import Log, read_log
-from chebid.model import FitSection, FittedValue, Model
+from chebid.model import Covariance, FitSection, FittedValue, Model
 from chebid.motion import Track
 
 _UNCERTAIN = 10.0  # percent: "not, or hardly, identifiable on this trajectory" (paper, section 3.3)
@@ -24,9 +24,11 @@ def fitted_model(model: Model, estimate: Estimate, out: Path | None = None) -> M
         p.name: FittedValue(value=float(value), sd=float(sd), unit=p.unit, joint=p.joint)
         for p, value, sd in zip(estimate.parameters, estimate.theta, estimate.sd, strict=True)
     }
-    covariance = {"parameters": list(values), "matrix": [[float(x) for x in row] for row in estimate.covariance]}
+    covariance = Covariance(parameters=tuple(values), matrix=tuple(map(tuple, estimate.covariance.tolist())))
     record = {key: value for key, value in estimate.record.items() if value is not None}
-    fit = FitSection(method=estimate.method, parameters=values, covariance=covariance, record=_plain(record))
+    fit = FitSection.model_validate(
+        {"method": estimate.method, "parameters": values, "covariance": covariance, "record": _plain(record)}
+    )
     return model.with_fit(fit)
 
 
@@ -120,7 +122,7 @@ def fitted_values(model: Model) -> Array:
 
 def fitted_problem(model: Model, log: Log) -> Problem:
     """A log, treated as those of the model's fit were."""
-    return Problem(model, (log,), used=model.fit.record if model.fit and "projection" in model.fit.record else None)
+    return Problem(model, (log,), used=model.fit.treatment if model.fit else None)
 
 
 def predict_tracks(model: Model, log: Log, theta: Array) -> tuple[list[Track], list[Array]]:
