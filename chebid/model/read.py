@@ -108,8 +108,9 @@ def _invalid(path: Path, document: Document, err: ValidationError) -> InputError
 
 def _unknown(key: Key) -> tuple[str, str]:
     """Message and hint for a key that no section has."""
-    like = difflib.get_close_matches(str(key[-1]), sorted(KEYS), n=1)
-    return "is not a key of the model file", f"did you mean {like[0]!r}?" if like else "the README lists every key"
+    like = difflib.get_close_matches(str(key[-1]), sorted(KEYS), n=2)
+    hint = f"did you mean {' or '.join(map(repr, like))}?" if like else "the README lists every key"
+    return "is not a key of the model file", hint
 
 
 def _place(path: Path, document: Document, key: Key, value: object, more: Key = ()) -> Place:

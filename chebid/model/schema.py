@@ -259,7 +259,9 @@ _SECTIONS = (
     FitSection,
     FittedValue,
 )
-KEYS = {key for section in _SECTIONS for key in section.model_fields} | {field.name for field in fields(LogSpec)}
+KEYS = {key for section in _SECTIONS for key, field in section.model_fields.items() if not field.exclude} | {
+    field.name for field in fields(LogSpec)
+}
 
 
 def dotted(key: Key) -> str | None:

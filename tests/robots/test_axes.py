@@ -1,12 +1,10 @@
 """Independent axes: one inertia each, with the units of the kind of joint."""
 
 import numpy as np
-import pytest
 from arms import make_model
 
 from chebid.dynamics import make_dynamics
 from chebid.effects import Motion
-from chebid.errors import ChebidError
 from chebid.robots import Axes, make_robot
 
 
@@ -41,15 +39,3 @@ def test_friction_acts_on_its_own_joint_only():
     regressor = dynamics.regressor(Motion(np.zeros(1), still, np.array([[3.0, -2.0]]), still))[0]
     assert [p.name for p in dynamics.parameters] == ["J1", "J2", "Fs2"]
     np.testing.assert_array_equal(regressor, [[0, 0, 0], [0, 0, -1]])
-
-
-@pytest.mark.parametrize(
-    "section", [{"type": "urdf", "file": "arm.urdf"}, {"type": "dh", "convention": "standard", "table": []}]
-)
-def test_a_robot_that_is_not_there_yet_is_said_to_be_so(section):
-    data = {"robot": section, "joints": ["a"]}
-    try:
-        make_robot(make_model(data))
-    except ChebidError as error:
-        assert section["type"] in str(error)
-        assert error.hint
