@@ -1,35 +1,31 @@
-"""The library of physical effects. Friction of the first model, a missing effect, a user's own: all are effects."""
+"""The library of physical effects. Friction of the first model, a missing effect, a user's own: all are effects.
 
-from chebid.effects import friction
-from chebid.effects.effect import Effect, Motion, Units
-from chebid.errors import InputError, Place
-from chebid.model import EffectSpec, Model
+One file per kind (`friction`, `position`, `transmission`, `coupling`, `drift`, `channel`, `load`); `user` for formulas,
+`plugins` for other packages, `forward` for what they do in a simulation. A new effect is one class, in one of these.
+"""
 
-__all__ = ["LIBRARY", "Effect", "Motion", "Units", "make_effects"]
+from chebid.effects.channel import find_limit, saturated
+from chebid.effects.effect import ArmEffect, Derived, Effect, JointEffect
+from chebid.effects.hyper import Extent, Hyper, setting
+from chebid.effects.library import LIBRARY, all_effects, describe_library, make_effects, specify
+from chebid.effects.motion import Motion
+from chebid.effects.units import Units
 
-LIBRARY: dict[str, type[Effect]] = {effect.name: effect for effect in friction.EFFECTS}
-
-
-def make_effects(model: Model) -> tuple[Effect, ...]:
-    """The effects of a model file, joint by joint in file order. Raises InputError for unknown or repeated ones."""
-    out: list[Effect] = []
-    for number, spec in enumerate(model.effects):
-        where = Place(str(model.path), key=f"effects.{number}", value=spec.effect)
-        kind = _kind(spec, where)
-        joints = model.joints if spec.joint is None else (spec.joint,)
-        for joint in joints:
-            effect = kind(model.joints.index(joint), **spec.settings)
-            if effect in out:
-                raise InputError(f"is on joint {joint!r} twice", hint="remove one of the two entries", place=where)
-            out.append(effect)
-    return tuple(out)
-
-
-def _kind(spec: EffectSpec, where: Place) -> type[Effect]:
-    kind = LIBRARY.get(spec.effect)
-    if kind is None:
-        raise InputError("is no effect of the library", hint=f"known are: {', '.join(sorted(LIBRARY))}", place=where)
-    unknown = set(spec.settings) - set(kind.__dataclass_fields__)
-    if unknown:
-        raise InputError(f"has no setting {sorted(unknown)[0]!r}", hint="remove it or check its spelling", place=where)
-    return kind
+__all__ = [
+    "LIBRARY",
+    "ArmEffect",
+    "Derived",
+    "Effect",
+    "Extent",
+    "Hyper",
+    "JointEffect",
+    "Motion",
+    "Units",
+    "all_effects",
+    "describe_library",
+    "find_limit",
+    "make_effects",
+    "saturated",
+    "setting",
+    "specify",
+]
