@@ -570,3 +570,80 @@ def _binary() -> list[Spoiled]:
 def spoiled_logs() -> list[Spoiled]:
     """All of them."""
     return [*_numeric(), *_textual(), *_encoded(), *_refused_text(), *_of_the_whole(), *_binary()]
+
+
+# --- clean logs of every kind: in these nothing is to be found -----------------------------------------------------
+
+
+@dataclass(frozen=True)
+class CleanLog:
+    """Positions `x` (N,) of one joint at stamps `t` (N,), with `noise` the deviation of all errors of the sensor."""
+
+    t: np.ndarray
+    x: np.ndarray
+    noise: float
+
+
+def random_clean(seed: int) -> CleanLog:
+    """One joint at 50 Hz to 5 kHz: any motion, white noise, an encoder from 1e-7 to 2e-3 rad, even or uneven stamps."""
+    rng = np.random.default_rng(seed)
+    rate = 10 ** rng.uniform(np.log10(50), np.log10(5000))
+    t = np.arange(int(rng.uniform(2000, 12000))) / rate
+    if rng.random() < 0.25:
+        t = t + rng.uniform(-0.3, 0.3, len(t)) / rate
+    x = 10 ** rng.uniform(-1.3, 0.5) * MOTIONS[rng.integers(len(MOTIONS))](rng, t)
+    count = 10 ** rng.uniform(-7, -2.7)
+    noise = float(rng.choice([0, 0.3, 1, 3, 10])) * count if rng.random() < 0.8 else 10 ** rng.uniform(-6, -2)
+    x = x + noise * rng.standard_normal(len(t))
+    if rng.random() < 0.8:
+        return CleanLog(t, np.round(x / count) * count, float(np.hypot(noise, count / np.sqrt(12))))
+    return CleanLog(t, x, noise)
+
+
+def _sines(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    parts = rng.uniform([0.05, 0], [2.0, 2 * np.pi], (5, 2))
+    return np.sum([np.sin(2 * np.pi * f * t + phase) / (1 + f) for f, phase in parts], axis=0)
+
+
+def _bang_bang(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    """Acceleration of one magnitude that changes its sign at random instants."""
+    pause = rng.uniform(0.05, 0.5)
+    switches = np.cumsum(rng.exponential(pause, int(3 * t[-1] / pause) + 10))
+    fine = np.linspace(0, t[-1], 10 * len(t))
+    velocity = np.cumsum(np.where(np.searchsorted(switches, fine) % 2 == 0, 1.0, -1.0))
+    x = np.cumsum(velocity - velocity.mean())
+    return np.interp(t, fine, x / np.ptp(x))
+
+
+def _moves(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    """From place to place with trapezes of velocity, and rests."""
+    x, place, now = np.zeros_like(t), 0.0, rng.uniform(0.1, 0.5)
+    while now < t[-1]:
+        goal, speed, push = rng.uniform(-1, 1), rng.uniform(0.3, 3), rng.uniform(2, 40)
+        way = abs(goal - place)
+        rise = min(speed / push, np.sqrt(way / push))
+        end = 2 * rise + max(way - push * rise**2, 0.0) / (push * rise)
+        u = np.clip(t - now, 0, end)
+        done = push * (np.minimum(u, rise) ** 2 / 2 + rise * np.clip(u - rise, 0, end - 2 * rise))
+        done += push * (rise**2 - np.clip(end - u, 0, rise) ** 2) / 2 * (u > end - rise)
+        x = np.where(t >= now, place + np.sign(goal - place) * done, x)
+        place, now = goal, now + end + rng.exponential(0.3)
+    return x
+
+
+def _sticking(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    """A sine through a dead zone: stands still at every turn."""
+    drive, gap = np.sin(2 * np.pi * rng.uniform(0.1, 1) * t), rng.uniform(0.02, 0.3)
+    x, here = np.empty_like(t), drive[0]
+    for place, value in enumerate(drive):
+        here = min(max(here, value - gap), value + gap)
+        x[place] = here
+    return x
+
+
+def _chirp(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:
+    top = rng.uniform(0.5, 5)
+    return np.sin(2 * np.pi * (0.1 * t + (top - 0.1) * t**2 / 2 / t[-1])) / (1 + top)
+
+
+MOTIONS = (_sines, _bang_bang, _moves, _sticking, _chirp)

@@ -115,36 +115,36 @@ def _with_header(
 ) -> Dialect:
     """Find the header: the last line of words as wide as the data before the first line of numbers."""
     header, units, first = None, None, data[0][0]
-    for place, (number, line) in enumerate(data):
+    words = _words([line for _, line in data[-_SAMPLE:]], separator, decimal, width)
+    for number, line in data:
         cells = split(line, separator)
-        if any(is_number(cell, decimal) for cell in cells) and not _is_header(cells, decimal, header):
+        if any(is_number(cell, decimal) for cell in cells) and (header or not _names_columns(cells, decimal, words)):
             first = number
             break
-        if header is not None and len(header) == len(cells) and place > 0 and _looks_like_units(cells):
+        if header is not None and len(header) == len(cells) and _looks_like_units(cells):
             units = tuple(cells)
         elif len(cells) in (width, width - 1, width + 1) or header is None:
             header, units = tuple(cells), None
         first = number + 1
     if header is None:
         header = _commented_header(kept, first, separator, width)
-    words = _words([line for number, line in data if number >= first][:_SAMPLE], separator, decimal, width)
     return Dialect(encoding, separator, decimal, header, units, first, width, words)
 
 
 def _words(lines: list[str], separator: str, decimal: str, width: int) -> frozenset[int]:
     """Places of the columns in which most cells are neither numbers nor missing."""
     rows = [row for row in (split(line, separator) for line in lines) if len(row) == width]
-    counts = [
-        sum(cell.lower() not in MISSING and not is_number(cell, decimal) for cell in cells)
-        for cells in zip(*rows, strict=True)
-    ]
+    counts = [sum(_is_word(cell, decimal) for cell in cells) for cells in zip(*rows, strict=True)]
     return frozenset(place for place, count in enumerate(counts) if 2 * count > len(rows))
 
 
-def _is_header(cells: list[str], decimal: str, header: tuple[str, ...] | None) -> bool:
-    """Whether a line with numbers in it is still the header: most of its cells are words and none came before."""
-    words = sum(bool(cell) and cell.lower() not in MISSING and not is_number(cell, decimal) for cell in cells)
-    return header is None and words > 0.5 * len(cells)
+def _is_word(cell: str, decimal: str) -> bool:
+    return cell.lower() not in MISSING and not is_number(cell, decimal)
+
+
+def _names_columns(cells: list[str], decimal: str, words: frozenset[int]) -> bool:
+    """Whether a line with numbers in it (`t,1,2`) is a header all the same: with words where the data have numbers."""
+    return any(_is_word(cell, decimal) and place not in words for place, cell in enumerate(cells))
 
 
 def _looks_like_units(cells: list[str]) -> bool:

@@ -48,6 +48,8 @@ def _plain(item: h5py.Dataset) -> bool:
     """Numbers of one or two sides that are stored in this very file."""
     if item.shape is None or item.ndim not in (1, 2) or item.dtype.kind not in "fiu":
         return False
+    if item.attrs.get("MATLAB_class") in (b"char", "char"):
+        return False
     return not item.is_virtual and item.id.get_create_plist().get_external_count() == 0
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from chebid.errors import InputError, Notice, Place
 
 _UNIT = re.compile(r"^(?P<name>.*?\S)\s*[\[(](?P<unit>[^\[\]():,]*)[\])]$")
-_PART = re.compile(r"^(?P<name>.+)\[(?:(?P<row>\d+)\s*,\s*:|:\s*,\s*(?P<column>\d+))\]$")
+_PART = re.compile(r"^(?P<name>.+)\[\s*(?:(?P<row>\d+)\s*,\s*:|:\s*,\s*(?P<column>\d+))\s*\]$")
 
 
 @dataclass(frozen=True)

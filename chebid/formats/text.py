@@ -122,18 +122,21 @@ def _fast(path: Path, shown: str, dialect: Dialect, names: list[str]) -> _Conten
         with open_text(path) as file:
             for _ in range(dialect.first - 1):
                 file.readline(BLOCK)
-            guard = Guard(file, shown)
+            guard = Guard(path, file, shown, len(names))
             try:
                 data = _parse(pa.PythonFile(guard, mode="r"), names, dialect.separator, dialect.decimal, words)
                 break
             except (pa.ArrowInvalid, pa.ArrowKeyError) as err:
+                guard.check()
                 more = _with_words(words, err)
                 if more is None:
                     return None
                 words = more
+    guard.check()
     if data.num_rows != guard.lines or data.num_rows == 0:
         return None
-    return _content(data, dialect.first + np.arange(data.num_rows), dialect.decimal, regular=True)
+    content = _content(data, dialect.first + np.arange(data.num_rows), dialect.decimal, regular=True)
+    return None if any(is_comment(cells.value) for cells in content.text.values()) else content
 
 
 def _with_words(words: frozenset[int], err: Exception) -> frozenset[int] | None:
@@ -188,7 +191,7 @@ def _numbers(column: pa.ChunkedArray, lines: NDArray[np.int64], decimal: str) ->
 def _careful(path: Path, shown: str, dialect: Dialect, names: list[str]) -> _Content:
     """The table line by line: rows of another width become missing, lines keep their numbers."""
     table = _Regular(dialect.separator, len(names))
-    for number, line in text_lines(path, shown, dialect.encoding):
+    for number, line in text_lines(path, shown, dialect.encoding, len(names)):
         if number >= dialect.first and not is_comment(line):
             table.add(number, line)
     if not table.numbers:

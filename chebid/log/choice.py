@@ -67,9 +67,18 @@ def _units(table: Table, time: str | None, names: Sequence[str]) -> dict[str, st
 
 def _time(table: Table, spec: LogSpec) -> str | None:
     """The time column, None when the log has none and its rate is given."""
+    found = guess_time(table) if spec.time is None else table.find(spec.time)
+    if found in table.text and spec.time is None and spec.rate is not None:
+        return None
+    if found is not None and found in table.text:
+        cells = table.text[found]
+        raise InputError(
+            "the time is not a number",
+            hint="write it in seconds, or give 'rate:' in Hz in place of 'time:' in the model file's log: section",
+            place=Place(file=table.shown, column=found, row=cells.row, value=cells.value),
+        )
     if spec.time is not None:
         return _named(table, (spec.time,))[0]
-    found = guess_time(table)
     if found is not None or spec.rate is not None:
         return found
     if table.headless:

@@ -18,7 +18,7 @@ _PACE = 0.02  # of the log's fastest motion, below which nothing is said
 _MADE_UP = 0.6  # share of the missing steps that the next one makes up for
 _SHORTEST = 3  # repeats of a frozen stretch
 _SLOW = 0.2  # share of repeats from which the sensor is called slower than the logger
-_SOME = 0.02  # share of repeats worth a word
+_SOME = 0.05  # share of repeats worth a word
 _ENOUGH = 50  # moving samples from which a share means something
 
 

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 
 WHITE = np.sqrt(70.0) / 6.0  # deviation of r for white noise of deviation 1
 _NORMAL = 1.4826  # deviation of normal noise per median of its magnitude
+_EXACT = 1e-3  # of a count, to which steps are whole counts
 _BLOCK = 512  # samples over which noise is taken as constant
 
 
@@ -64,19 +65,6 @@ def usual_noise(r: Array) -> float:
     return float(np.median(some)) * _NORMAL / WHITE if len(some) else 0.0
 
 
-def quantum(x: Array) -> float:
-    """The step of an encoder that counts: 0 when the values are on no grid."""
-    step = np.abs(np.diff(x))
-    step = step[step > 1e-9 * np.ptp(x)]
-    if len(step) == 0:
-        return 0.0
-    for least in (float(step.min()), float(np.partition(step, len(step) // 100)[len(step) // 100])):
-        few = step[step < 50.5 * least] / least
-        if len(few) > 0.02 * len(step) and np.mean(np.abs(few - np.rint(few)) < 0.05) > 0.95:
-            return least
-    return 0.0
-
-
 def printed_resolution(x: Array, most: int = 7) -> Array | float:
     """Resolution (N,) of values written with few significant digits, which is coarser for larger values; else 0."""
     some = x[:: max(len(x) // 500, 1)]
@@ -89,7 +77,22 @@ def printed_resolution(x: Array, most: int = 7) -> Array | float:
     return 0.0
 
 
+def quantum(x: Array, fine: float = 0.0) -> float:
+    """The step of an encoder that counts, 0 when the values are on no grid; they are written to within `fine`."""
+    step = np.abs(np.diff(x))
+    step = step[step > 1e-9 * np.ptp(x)]
+    if len(step) == 0:
+        return 0.0
+    for least in (float(step.min()), float(np.partition(step, len(step) // 100)[len(step) // 100])):
+        few = step[step < 50.5 * least] / least
+        near = min(0.05, _EXACT + 2.0 * fine / least)
+        if len(few) > 0.02 * len(step) and np.mean(np.abs(few - np.rint(few)) < near) > 0.95:
+            return least
+    return 0.0
+
+
 def resolution(x: Array) -> Array:
     """Least meaningful difference (N,): the quantum, the printed digits or single precision, whichever is coarsest."""
-    floor = np.maximum(quantum(x), printed_resolution(x))
-    return np.maximum(floor, 2e-7 * np.abs(x) if is_single(x) else 1e-15 * np.abs(x))
+    single = 2e-7 * np.abs(x) if is_single(x) else 1e-15 * np.abs(x)
+    fine = np.maximum(printed_resolution(x), single)
+    return np.maximum(quantum(x, float(np.median(fine))), fine)
