@@ -6,7 +6,7 @@ before they have columns. `torque` gets it by itself, in two passes. `regressor`
 `base` first, then `at` its result, and once more at the result of that.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -142,7 +142,7 @@ class Dynamics:
         return motion.with_model(tau, np.array([values.get(p.name, 0.0) for p in self.robot.parameters]))
 
     def _completed(self, motion: Motion) -> Motion:
-        known = motion.tau is not None
+        known = motion.tau is not None and (motion.rigid is not None or self.reference is None)
         if known or self.reference is None:
             lacking = [effect.name for effect in self.bound if effect.needs_model] if not known else []
             if lacking:
@@ -234,6 +234,28 @@ def make_dynamics(model: Model) -> Dynamics:
         _refuse_idle(dynamics, found, model)
     notices = tuple(_left_out(name, others, model) for name, others in found.items()) if values is None else ()
     return replace(dynamics, dropped=frozenset(found), notices=notices)
+
+
+def settle(dynamics: Dynamics, fit: Callable[[Dynamics], Array], rounds: int = 20, tolerance: float = 1e-9) -> Dynamics:
+    """The dynamics with their own torque taken at their own fit, which they and `fit` find in turns.
+
+    `fit` gives theta (P,) for dynamics whose columns are known. It is called once for the effects that need no torque
+    of the model, then until no parameter moves by more than `tolerance` of the largest; what has not settled
+    after `rounds` is left where it is. Dynamics without such effects come back unfitted.
+    """
+    if not dynamics.needs_model:
+        return dynamics
+    current = dynamics.at(dynamics.base.named(fit(dynamics.base)))
+    for _ in range(rounds):
+        before, current = current.reference or {}, dynamics.at(fit(current))
+        if _unmoved(before, current.reference or {}, tolerance):
+            break
+    return current
+
+
+def _unmoved(before: Mapping[str, float], after: Mapping[str, float], tolerance: float) -> bool:
+    apart = max(abs(value - before.get(name, 0.0)) for name, value in after.items())
+    return apart <= tolerance * max(map(abs, after.values()))
 
 
 def _refuse_idle(dynamics: Dynamics, found: Mapping[str, list[str]], model: Model) -> None:
