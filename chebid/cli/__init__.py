@@ -69,14 +69,18 @@ def _run(arguments: list[str], debug: bool) -> int:
 
 def _unexpected(err: Exception, debug: bool) -> int:
     """Wrong usage as the option parser reports it; anything else is a bug, and says so."""
-    message = getattr(err, "format_message", None)
+    kind, message = type(err).__name__, getattr(err, "format_message", None)
+    if kind == "NoArgsIsHelpError":
+        sys.stderr.write(f"{err}\n")
+        return 2
     if callable(message):
-        return _report(message(), "see chebid --help, or chebid COMMAND --help", 2)
-    if type(err).__name__ == "Abort":
+        command = getattr(getattr(err, "ctx", None), "command_path", "chebid")
+        return _report(message(), f"see {command} --help", 2)
+    if kind == "Abort":
         return _report("stopped", "nothing was written", 1)
     if debug:
         raise err
-    return _report(f"{type(err).__name__}: {err}", "this is a bug in chebid: run again with --debug and report it", 1)
+    return _report(f"{kind}: {err}", "this is a bug in chebid: run again with --debug and report it", 1)
 
 
 def _report(message: str, hint: str, status: int) -> int:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from chebid.errors import Notice, Place, UsageError
-from chebid.files import write_with
+from chebid.files import check_outputs, write_with
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,37 +77,47 @@ def say(text: str) -> None:
         sys.stderr.write(text + "\n")
 
 
+_SEPARATORS = {".csv": ",", ".tsv": "\t", ".csv.gz": ",", ".tsv.gz": "\t"}
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+def check_files(
+    inputs: Iterable[Path | None], out: Path | None, plot: Path | None, force: bool, *, table: bool = True
+) -> None:
+    """Before any work: raise UsageError for an output that could not be written; `table` False for a model file."""
+    if out and table and _table_suffix(out) not in (*_SEPARATORS, ".parquet"):
+        hint = "use .csv, .tsv, .csv.gz, .tsv.gz or .parquet"
+        raise UsageError(f"cannot write a table as {_table_suffix(out)!r}", hint=hint, place=Place(str(out)))
+    if out and not table and out.suffix.lower() not in (".yaml", ".yml"):
+        hint = "name it .yaml, so that the other commands know it for a model"
+        raise UsageError(f"cannot write a model as {out.suffix!r}", hint=hint, place=Place(str(out)))
+    if plot and plot.suffix.lower() not in _FIGURES:
+        hint = "use .png, .svg or .pdf"
+        raise UsageError(f"cannot draw a figure as {plot.suffix!r}", hint=hint, place=Place(str(plot)))
+    check_outputs(filter(None, (out, plot)), list(filter(None, inputs)), force)
+
+
+def _table_suffix(path: Path) -> str:
+    suffixes = [suffix.lower() for suffix in path.suffixes[-2:]]
+    return "".join(suffixes) if suffixes[-1:] == [".gz"] else "".join(suffixes[-1:])
+
+
 def write_table(frame: "pd.DataFrame", path: Path, force: bool) -> None:
     """Write a table as CSV, TSV (also .gz) or Parquet, by suffix; whole or not at all."""
-    suffix = "".join(path.suffixes[-2:]) if path.suffix == ".gz" else path.suffix
-    separators = {".csv": ",", ".tsv": "\t", ".csv.gz": ",", ".tsv.gz": "\t"}
-    if suffix in separators:
-        packing = {"method": "gzip", "mtime": 0} if suffix.endswith(".gz") else None
-        write_with(
-            path,
-            lambda beside: frame.to_csv(beside, sep=separators[suffix], index=False, compression=packing),
-            force=force,
-        )
-    elif suffix == ".parquet":
+    check_files((), path, None, force)
+    suffix = _table_suffix(path)
+    if suffix == ".parquet":
         write_with(path, lambda beside: frame.to_parquet(beside, index=False), force=force)
-    else:
-        raise UsageError(
-            f"cannot write a table as {suffix!r}", hint="use .csv, .tsv, .csv.gz or .parquet", place=Place(str(path))
-        )
+        return
+    packing = {"method": "gzip", "mtime": 0} if suffix.endswith(".gz") else None
+    separator = _SEPARATORS[suffix]
+    write_with(path, lambda beside: frame.to_csv(beside, sep=separator, index=False, compression=packing), force=force)
 
 
 def save_figure(figure: Any, path: Path, force: bool) -> None:
-    """Write a matplotlib figure as png, svg or pdf, by suffix; the same figure gives the same bytes."""
-    metadata: dict[str, dict[str, Any]] = {
-        ".png": {"Software": None},
-        ".svg": {"Date": None},
-        ".pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    }
-    if path.suffix not in metadata:
-        raise UsageError(
-            f"cannot draw a figure as {path.suffix!r}", hint="use .png, .svg or .pdf", place=Place(str(path))
-        )
-    write_with(path, lambda beside: figure.savefig(beside, metadata=metadata[path.suffix]), force=force)
+    """Write a matplotlib figure as png, svg or pdf, by suffix; undated, so that the bytes repeat."""
+    check_files((), None, path, force)
+    write_with(path, lambda beside: figure.savefig(beside, format=path.suffix[1:].lower()), force=force)
 
 
 def read_logs(paths: Sequence[Path], model: "Model", *, need_torque: bool = True) -> "list[Log]":

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, Out, Plot, emit_json, save_figure, warn, write_table
+from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, save_figure, warn, write_table
 from chebid.errors import UsageError
 
 
@@ -34,6 +34,7 @@ def compare(
             f"{len(models)} models and {len(logs)} logs are given",
             hint="name at least one model (.yaml) and one log: chebid compare MODEL LOG",
         )
+    check_files(files, out, plot, force)
     results = compare_models([read_model(path) for path in models], logs)
     warn(results.notices)
     if out:

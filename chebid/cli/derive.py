@@ -16,6 +16,7 @@ from chebid.cli.common import (
     Out,
     Plot,
     Signals,
+    check_files,
     emit_json,
     save_figure,
     warn,
@@ -47,6 +48,7 @@ def derive(
 
     if not 0 <= order <= 8:
         raise UsageError(f"--order {order} is not between 0 and 8", hint="2 gives accelerations")
+    check_files((log, model), out, plot, force)
     source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth)
     notices = [*source.notices, *(n for _, p in projected for n in p.notices())]
     warn(notices)

@@ -15,6 +15,7 @@ from chebid.cli.common import (
     Out,
     Plot,
     check_choice,
+    check_files,
     emit_json,
     read_logs,
     save_figure,
@@ -46,7 +47,6 @@ def identify(
     Several logs are separate records of the same robot. -o writes the fitted model.
     """
     from chebid.estimators import METHODS, Problem, estimate
-    from chebid.files import refuse_existing
     from chebid.model import read_model, write_model
     from chebid.projection import FITS
     from chebid.report.tables import show_estimates
@@ -56,8 +56,7 @@ def identify(
     check_choice(fit, FITS, "--fit")
     if method == "all" and out:
         raise UsageError("--method all does not give one model to write", hint="leave out -o, or choose a method")
-    for path in filter(None, (out, plot)):
-        refuse_existing(path, force)
+    check_files((model, *log), out, plot, force, table=False)
     read = with_processing(read_model(model), fit, degree, bandwidth)
     problem = Problem(read, tuple(read_logs(log, read)))
     found = [estimate(problem, name) for name in (METHODS if method == "all" else [method])]

@@ -5,7 +5,19 @@ from typing import Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, LogPath, Out, Plot, emit_json, read_logs, save_figure, warn, write_table
+from chebid.cli.common import (
+    Force,
+    Json,
+    LogPath,
+    Out,
+    Plot,
+    check_files,
+    emit_json,
+    read_logs,
+    save_figure,
+    warn,
+    write_table,
+)
 
 
 def predict(
@@ -24,6 +36,7 @@ def predict(
     from chebid.report.tables import predictions
     from chebid.results import fitted_values, predict_tracks
 
+    check_files((model, log), out, plot, force)
     read = read_model(model)
     theta = fitted_values(read)
     (source,) = read_logs([log], read, need_torque=False)

@@ -15,6 +15,7 @@ from chebid.cli.common import (
     Out,
     Plot,
     Signals,
+    check_files,
     emit_json,
     save_figure,
     warn,
@@ -43,6 +44,7 @@ def project(
 
     -o writes the coefficients: record, signal, window, start and stop in s, degree, value.
     """
+    check_files((log, model), out, plot, force)
     source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth)
     rows = [_row(source, number, p) for number, p in projected]
     notices = [*source.notices, *(n for _, p in projected for n in p.notices())]
