@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from chebid.errors import UsageError
+from chebid.estimators.dr import dr
 from chebid.estimators.huber import huber
 from chebid.estimators.judge import judge, overall, relative_raw
 from chebid.estimators.poly import poly
@@ -12,7 +13,7 @@ from chebid.estimators.wls import wls
 
 __all__ = ["METHODS", "Estimate", "JointResidual", "Problem", "estimate", "judge", "overall", "relative_raw"]
 
-METHODS: dict[str, Callable[[Problem], Estimate]] = {"poly": poly, "wls": wls, "huber": huber}
+METHODS: dict[str, Callable[[Problem], Estimate]] = {"poly": poly, "wls": wls, "huber": huber, "dr": dr}
 
 
 def estimate(problem: Problem, method: str) -> Estimate:
