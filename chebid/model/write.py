@@ -13,7 +13,7 @@ from chebid.model.schema import Model
 def write_model(model: Model, path: str | Path, *, force: bool = False) -> None:
     """Write the model as YAML, whole or not at all. A robot file named in it stays reachable from the new place."""
     path = Path(path)
-    data = model.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+    data = model.model_dump(mode="json", exclude_defaults=True)
     data["effects"] = [spec["effect"] if set(spec) == {"effect"} else spec for spec in data.get("effects", [])]
     if model.robot.file is not None and not Path(model.robot.file).is_absolute():
         source = (model.path.parent / model.robot.file).resolve()
