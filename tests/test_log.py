@@ -265,6 +265,14 @@ def test_turns_are_undone_exactly():
         np.testing.assert_allclose(values, scaled + 0.3, atol=4e-13 * period)
 
 
+def test_a_torque_that_changes_its_sign_is_no_turn():
+    rng = np.random.default_rng(0)
+    t = np.arange(3000) / 500
+    torque = np.pi * np.sign(np.sin(9 * t)) + 0.3 * np.sin(2 * t) + 0.02 * rng.standard_normal(3000)
+    assert len(unwrap(torque - 0.15 * np.sign(torque), (2 * np.pi,))[2]) == 0
+    assert len(unwrap(rng.uniform(-3, 3, 3000), (2 * np.pi,))[2]) == 0
+
+
 def test_a_jump_of_another_size_is_no_turn():
     x = np.sin(np.linspace(0, 10, 2000))
     x[1000:] -= 6.0

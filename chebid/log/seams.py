@@ -6,7 +6,7 @@ within one turn it is a wrap, and undone. Out and back within a moment it is an 
 Any other is a seam: what follows is another record.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ _RARE = 1e-3  # share of the steps that may be faster than "the fastest motion"
 _COUNTS = 3.5  # encoder counts that a jump exceeds
 _NOISE = 10.0  # deviations of noise that a jump exceeds
 _MOMENT = 50  # samples of an excursion, unless it is flat
+_CLEAR = 0.65  # of a period, from which a step is a turn; and what is left of it, below which it is none
+_FEW = 20  # steps without which nothing is said
 _END = 5  # samples beside an end that are an excursion rather than a record
 
 
@@ -75,25 +77,25 @@ def _excursion(t: Array, x: Array, first: int, later: Sequence[int], speed: floa
 
 
 def unwrap(x: Array, periods: Sequence[float]) -> tuple[Array, float, NDArray[np.intp]]:
-    """Undo the turns of an angle: the continuous values, the period (0 when there was none), the places of the turns.
-
-    An angle is wrapped when it stays within one period, jumps by it, and moves across the jump as it does elsewhere.
-    """
+    """Undo the turns of an angle: continuous values, the period (0 when there was none), the places of the turns."""
     step = np.diff(x)
-    for period in _fitting(x, step, periods):
-        turns = np.rint(step / period)
-        inner = np.abs(step - turns * period)
-        places = np.flatnonzero(turns)
-        usual = float(np.quantile(np.delete(inner, places), 0.999))
-        if (inner[places] <= 2.0 * usual + 1e-3 * period).all():
-            return x - period * np.concatenate([[0.0], np.cumsum(turns)]), period, places + 1
+    largest = float(np.abs(step).max()) if len(step) > _FEW else 0.0
+    for period in periods:
+        if np.ptp(x) <= 1.02 * period and _CLEAR * period < largest and _is_wrapped(x, step, period):
+            turns = np.rint(step / period)
+            return x - period * np.concatenate([[0.0], np.cumsum(turns)]), period, np.flatnonzero(turns) + 1
     return x, 0.0, np.array([], dtype=np.intp)
 
 
-def _fitting(x: Array, step: Array, periods: Sequence[float]) -> Iterator[float]:
-    """The periods that `x` stays within and jumps by."""
-    reach = float(np.ptp(x)) if len(x) else 0.0
-    largest = float(np.abs(step).max()) if len(step) else 0.0
-    for period in periods:
-        if reach <= 1.02 * period and 0.7 * period < largest < 1.02 * period and len(step) > 20:
-            yield period
+def _is_wrapped(x: Array, step: Array, period: float) -> bool:
+    """Whether `x`, within one period, leaves it at one end and comes in at the other, by steps like all others.
+
+    A torque that changes its sign jumps too, but not from its largest value to its smallest, by a whole turn.
+    """
+    places = np.flatnonzero(np.rint(step / period))
+    inner = np.abs(step - np.rint(step / period) * period)
+    if len(places) == 0 or inner.max() > (1.0 - _CLEAR) * period:
+        return False
+    near = 2.0 * float(np.quantile(np.delete(inner, places), 0.999)) + 1e-3 * period
+    high, low = np.maximum(x[places], x[places + 1]), np.minimum(x[places], x[places + 1])
+    return bool((inner[places] <= near).all() and (high >= x.max() - near).all() and (low <= x.min() + near).all())
