@@ -1,4 +1,5 @@
 # What all rules share: the checked settings, where things go, and how scripts are called.
+import fcntl
 import hashlib
 import json
 import os
@@ -8,6 +9,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(workflow.basedir, "scripts")))
 from settings import complaints
 
+# --config KEY=true gives a word
+config.update({key: value == "true" for key, value in config.items() if value in ("true", "false")})
 if wrong := complaints(config, Path(workflow.basedir, "config.schema.yaml")):
     raise WorkflowError("the configuration is not usable; config/README.md explains every key", *wrong)
 
@@ -45,3 +48,22 @@ def fingerprint(path):
     """Size and content of a file that may not exist, so that a change of it runs a job again."""
     file = Path(path)
     return hashlib.sha256(file.read_bytes()).hexdigest()[:16] if file.exists() else "none"
+
+
+def alone(folder):
+    """Keep other runs out of a folder. Unlike snakemake's own lock, this one goes when the process is killed."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    LOCKS.append(open(Path(folder, ".lock"), "w"))
+    try:
+        fcntl.flock(LOCKS[-1], fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise WorkflowError(f"another run is working in {folder}: wait for it, or take another output folder") from None
+    except OSError:
+        pass  # a file system without locks
+
+
+LOCKS = []
+
+
+onstart:
+    alone(OUT)

@@ -32,9 +32,11 @@ def compare(made: pd.DataFrame, reference: pd.DataFrame, absolute: float, relati
         if used.max() > share:
             row = int(np.argmax(used))
             worst, share = float(difference[row]), float(used[row])
-            where = f"{name} at " + ", ".join(f"{key} = {both[key][row]:g}" for key in keys)
-    text = f"{len(both)} of {len(made)} rows compared; largest difference {worst:.3g} ({where})"
-    return f"{text}, {share:.3g} times the tolerance", share <= 1
+            where = f"{name} at " + ", ".join(f"{key} = {both[key][row]}" for key in keys)
+    text = f"{len(both)} of {len(made)} rows compared"
+    if share == 0:
+        return f"{text}: the same", True
+    return f"{text}; largest difference {worst:.3g} ({where}), {share:.3g} times the tolerance", share <= 1
 
 
 def main() -> int:

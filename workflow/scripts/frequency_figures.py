@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from chebid.files import write_with
 from chebid.report.frequency import attenuation_figure, derivative_figure, distortion_figure
 
 
@@ -24,7 +25,7 @@ def main() -> None:
         draw = derivative_figure if given.kind == "derivatives" else distortion_figure
         figure = draw(table, given.order, own["rate"], own["duration"])
     for out in given.out:
-        figure.savefig(out)
+        write_with(out, figure.savefig, force=True)
         print(out)
 
 

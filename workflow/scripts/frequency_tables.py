@@ -14,6 +14,7 @@ import pandas as pd
 
 from chebid.basis import Array
 from chebid.errors import NoAnswerError
+from chebid.files import write_with
 from chebid.projection import Operator, Plan
 from chebid.response import Response, clock, closed_form, decibel, response
 
@@ -91,7 +92,8 @@ def main() -> None:
     table = KINDS[given.kind](given.settings, given.order).round({"ratio": 6, **DIGITS})
     table += 0.0  # no minus zero
     table = table.astype({"degree": int})
-    table.to_csv(given.out, index=False, float_format="%.6g" if "frequency" in table else None)
+    digits = "%.6g" if "frequency" in table else None
+    write_with(given.out, lambda beside: table.to_csv(beside, index=False, float_format=digits), force=True)
     print(f"{given.out}: {len(table)} rows")
 
 

@@ -9,6 +9,8 @@ import os
 import shutil
 from pathlib import Path
 
+from chebid.files import write_with
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
@@ -21,7 +23,7 @@ def main() -> None:
             os.utime(kept)
             print(f"{kept}: kept")
         else:
-            shutil.copyfile(made, kept)
+            write_with(kept, lambda beside, source=made: shutil.copyfile(source, beside), force=True)
             print(f"{kept}: replaced by {made}")
 
 
