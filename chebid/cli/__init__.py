@@ -11,6 +11,7 @@ from chebid.cli.freqresp import freqresp
 from chebid.cli.identify import identify
 from chebid.cli.predict import predict
 from chebid.cli.project import project
+from chebid.cli.simulate import simulate
 from chebid.errors import ChebidError
 
 app = typer.Typer(
@@ -22,7 +23,7 @@ app = typer.Typer(
     help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
     epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
 )
-for command in (project, derive, identify, freqresp, predict, compare):
+for command in (project, derive, identify, freqresp, predict, compare, simulate):
     app.command()(command)
 
 
