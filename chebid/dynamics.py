@@ -118,7 +118,7 @@ class Dynamics:
     def base(self) -> "Dynamics":
         """The model without the effects that are made of its torque."""
         kept = tuple(effect for effect in self.effects if not effect.bind(self.robot).needs_model)
-        return replace(self, effects=kept)
+        return replace(self, effects=kept, reference=None)
 
     def at(self, theta: Array | Mapping[str, float]) -> "Dynamics":
         """The same model, its own torque taken at theta (P,), or at values by name (those of `base`, for instance)."""
@@ -233,7 +233,14 @@ def make_dynamics(model: Model) -> Dynamics:
     if values is None:
         _refuse_idle(dynamics, found, model)
     notices = tuple(_left_out(name, others, model) for name, others in found.items()) if values is None else ()
-    return replace(dynamics, dropped=frozenset(found), notices=notices)
+    left = tuple(effect for effect in effects if not _idle(dynamics, effect, found))
+    return replace(dynamics, effects=left, dropped=frozenset(found), notices=notices)
+
+
+def _idle(dynamics: Dynamics, effect: Effect, found: Mapping[str, list[str]]) -> bool:
+    """Whether an effect has parameters, and none of its own."""
+    names = dynamics.names(effect)
+    return bool(names) and all(name in found for name in names)
 
 
 def settle(dynamics: Dynamics, fit: Callable[[Dynamics], Array], rounds: int = 20, tolerance: float = 1e-9) -> Dynamics:
@@ -262,10 +269,9 @@ def _refuse_idle(dynamics: Dynamics, found: Mapping[str, list[str]], model: Mode
     """Raise InputError for an entry that names its joint and has no parameter of its own."""
     asked = {(spec.effect, spec.joint): number for number, spec in enumerate(model.effects)}
     for effect in dynamics.effects:
-        names = dynamics.names(effect)
         joint = None if effect.joint is None else model.joints[effect.joint]
-        if (effect.name, joint) in asked and names and all(name in found for name in names):
-            others = sorted({other for name in names for other in found[name]})
+        if (effect.name, joint) in asked and _idle(dynamics, effect, found):
+            others = sorted({other for name in dynamics.names(effect) for other in found[name]})
             raise InputError(
                 f"cannot be told from {_listed(others)} on any motion",
                 hint="remove this entry: what it would say is in those parameters already",

@@ -4,7 +4,9 @@ from collections.abc import Callable
 
 from chebid.errors import UsageError
 from chebid.estimators.dr import dr
+from chebid.estimators.ekf import ekf
 from chebid.estimators.huber import huber
+from chebid.estimators.iv import iv
 from chebid.estimators.judge import judge, overall, relative_raw
 from chebid.estimators.poly import poly
 from chebid.estimators.problem import Problem
@@ -13,7 +15,14 @@ from chebid.estimators.wls import wls
 
 __all__ = ["METHODS", "Estimate", "JointResidual", "Problem", "estimate", "judge", "overall", "relative_raw"]
 
-METHODS: dict[str, Callable[[Problem], Estimate]] = {"poly": poly, "wls": wls, "huber": huber, "dr": dr}
+METHODS: dict[str, Callable[[Problem], Estimate]] = {
+    "poly": poly,
+    "wls": wls,
+    "huber": huber,
+    "iv": iv,
+    "ekf": ekf,
+    "dr": dr,
+}
 
 
 def estimate(problem: Problem, method: str) -> Estimate:

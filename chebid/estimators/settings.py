@@ -1,6 +1,6 @@
 """The `methods:` section of the model file: one schema per estimator."""
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -61,7 +61,7 @@ S = TypeVar("S", bound=Settings)
 
 def method_settings(model: Model, method: str, schema: type[S]) -> S:
     """The settings of one estimator. Raises InputError naming the key."""
-    given: dict[str, Any] = model.methods.get(method, {})
+    given = model.methods.get(method) or {}
     try:
         return schema.model_validate(given)
     except ValidationError as err:

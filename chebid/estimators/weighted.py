@@ -41,10 +41,25 @@ def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = N
             break
     weight = extra / sigma[rows.joint]
     theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
-    honest = _honest(rows, theta, inverse, weight)
-    # never less than white noise would give: a sandwich of few rows can collapse by chance
-    honest = _at_least(honest, inverse)
+    honest = sandwich(rows, theta, rows.W, inverse, weight)
     return Solution(theta, honest, inverse, sigma, float(np.linalg.cond(rows.W)))
+
+
+def solve_instrumental(rows: Rows, Z: Array, start: Solution, parameters: tuple[Parameter, ...]) -> Solution:
+    """theta = (Z^T W)^-1 Z^T Y with instruments Z (R, P), weighted by the deviations of an earlier solution.
+
+    White covariance sigma^2 (Z^T W)^-1 Z^T Z (W^T Z)^-1. Raises NoAnswerError when Z^T W has lost rank.
+    """
+    weight = 1 / start.sigma[rows.joint]
+    product = (Z * weight[:, None]).T @ (rows.W * weight[:, None])
+    scale = np.sqrt(np.maximum(np.abs(np.diag(product)), np.finfo(float).tiny))
+    _, singular, v = np.linalg.svd(product / np.outer(scale, scale))
+    if singular[-1] <= _RANK * singular[0]:
+        raise _rank_loss(v[-1], parameters)
+    bread = np.asarray(np.linalg.inv(product), dtype=np.float64)
+    theta = bread @ ((Z * weight[:, None]).T @ (rows.Y * weight))
+    white = bread @ ((Z * weight[:, None]).T @ (Z * weight[:, None])) @ bread.T
+    return Solution(theta, sandwich(rows, theta, Z, bread, weight, white), white, start.sigma, start.condition)
 
 
 def _least_squares(W: Array, Y: Array, parameters: tuple[Parameter, ...]) -> tuple[Array, Array]:
@@ -86,20 +101,22 @@ def _sigma(rows: Rows, theta: Array, inverse: Array, weight: Array, extra: Array
     return np.maximum(out, max(smallest, np.finfo(float).tiny))
 
 
-def _honest(rows: Rows, theta: Array, inverse: Array, weight: Array) -> Array:
-    """Sandwich covariance: the score of the rows with the correlation (samples) or the spectrum (coefficients) they
-    have.
+def sandwich(rows: Rows, theta: Array, Z: Array, bread: Array, weight: Array, white: Array | None = None) -> Array:
+    """Honest covariance (P, P) of theta = bread Z^T Y: the residuals have the correlation (samples) or the spectrum
+    (coefficients) that they show. Never below `white` (default: bread), as a sandwich of few rows can be by chance.
     """
-    scores = (rows.W * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None]
-    leverage = np.einsum("rp,pq,rq->r", rows.W, inverse, rows.W, optimize=True) * weight**2
-    meat = _serial_meat(rows, scores) if rows.serial else _spectral_meat(rows, theta, weight, leverage)
-    return inverse @ meat @ inverse
+    leverage = np.einsum("rp,pq,rq->r", rows.W, bread, Z, optimize=True) * weight**2
+    if rows.serial:
+        meat = _serial_meat(rows, (Z * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None])
+    else:
+        meat = _spectral_meat(rows, theta, Z, weight, leverage)
+    return _at_least(bread @ meat @ bread.T, bread if white is None else white)
 
 
-def _spectral_meat(rows: Rows, theta: Array, weight: Array, leverage: Array) -> Array:
+def _spectral_meat(rows: Rows, theta: Array, Z: Array, weight: Array, leverage: Array) -> Array:
     """Variance of the residual as a function of joint and frequency, in bands of equally many rows."""
     residual = (rows.Y - rows.W @ theta) * weight
-    scaled = rows.W * weight[:, None]
+    scaled = Z * weight[:, None]
     meat = np.zeros((rows.W.shape[1],) * 2)
     for j in range(rows.joints):
         mine = np.flatnonzero(rows.joint == j)
