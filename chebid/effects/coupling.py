@@ -115,6 +115,10 @@ class MotorCoupling(Coupling):
     def rows(self, count: int) -> tuple[int, ...]:
         return (self.joint, self.source)
 
+    def vector(self) -> Array:
+        """Own joint, source, ratio: the forward form is asked for either joint."""
+        return np.array([self.joint, self.source, self.ratio], dtype=float)
+
     def crossed(self, torque: str, moving: str) -> tuple[str, ...]:
         inertia = "kg.m^2" if torque == "N.m" else "kg"
         return (inertia, f"{torque}.s/{moving}", torque)

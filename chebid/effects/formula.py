@@ -120,10 +120,17 @@ def _tree(text: str) -> ast.expr:
             warnings.simplefilter("ignore")  # 1if x else y, "is" with a number: refused below anyway
             return ast.parse(text, mode="eval").body
     except SyntaxError as err:
-        at = min(err.offset or 1, len(text) + 1)
-        raise FormulaError("is not a formula: something is missing or too much", max(at, 1)) from None
+        raise _unreadable(err, text) from None
     except (ValueError, MemoryError, RecursionError):
         raise FormulaError("is too deeply nested", 1) from None
+
+
+def _unreadable(err: SyntaxError, text: str) -> FormulaError:
+    if not err.offset:
+        return FormulaError("ends too early: something is missing", len(text) + 1)
+    if "never closed" in err.msg:
+        return FormulaError("a bracket is never closed", err.offset)
+    return FormulaError("is not a formula: something is missing or too much", max(1, min(err.offset, len(text) + 1)))
 
 
 class _Checker:

@@ -7,10 +7,12 @@ from chebid.effects import channel, coupling, drift, friction, load, position, t
 from chebid.effects.effect import Effect
 from chebid.effects.hyper import Hyper
 from chebid.effects.plugins import load_plugins
+from chebid.effects.trial import trial_motion, trial_values
 from chebid.effects.units import Units
 from chebid.effects.user import formula_effect
 from chebid.errors import InputError, Notice, Place
 from chebid.model import EffectSpec, Model
+from chebid.robots import Scara
 
 _ROOMS = (friction, position, transmission, coupling, drift, channel, load)
 LIBRARY: dict[str, type[Effect]] = {effect.name: effect for room in _ROOMS for effect in room.EFFECTS}
@@ -51,10 +53,10 @@ def _from_entry(spec: EffectSpec, model: Model, where: Place) -> list[Effect]:
     if kind.whole_arm:
         if spec.joint is not None:
             raise InputError("concerns the whole arm, not one joint", hint="remove joint: from this entry", place=where)
-        return [kind(None, **_read(kind, spec, model.joints, None, where))]
+        return [kind(None, **_read(kind, spec, model, None, where))]
     out = []
     for joint in model.joints if spec.joint is None else (spec.joint,):
-        settings = _read(kind, spec, model.joints, joint, where)
+        settings = _read(kind, spec, model, joint, where)
         at = model.joints.index(joint)
         if settings.get("source", -1) == at and "source" in kind.hypers():
             if spec.joint is None:
@@ -83,13 +85,11 @@ def effect_class(spec: EffectSpec, joints: int, where: Place) -> type[Effect]:
     raise InputError("is no effect of the library", hint=hint, place=where)
 
 
-def _read(
-    kind: type[Effect], spec: EffectSpec, joints: tuple[str, ...], joint: str | None, where: Place
-) -> dict[str, Any]:
+def _read(kind: type[Effect], spec: EffectSpec, model: Model, joint: str | None, where: Place) -> dict[str, Any]:
     """The hyper-parameters of an entry, checked. A formula's are in its class already."""
-    if kind.kind == "user" and "formula" in spec.settings:
+    if "formula" in spec.settings:
         return {}
-    hypers, settings = kind.hypers(), spec.settings
+    hypers, settings, joints, units = kind.hypers(), spec.settings, model.joints, _units(model, joint)
     for key in settings:
         if key not in hypers:
             raise _wrong(where, key, "is not a setting of this effect", _settings_hint(hypers), settings[key])
@@ -100,13 +100,20 @@ def _read(
         if given is None and hyper.unit == "joint" and len(others) == 1:
             given = others[0]
         if given is not None:
-            out[key] = _value(hyper, given, joints, where, key)
+            out[key] = _value(hyper, given, joints, units, where, key)
         elif key not in kind.defaults():
-            raise _wrong(where, key, f"is missing: {hyper.describe(Units(True))}", f"add {key}: to this entry", None)
+            raise _wrong(where, key, f"is missing: {hyper.describe(units)}", f"add {key}: to this entry", None)
     return out
 
 
-def _value(hyper: Hyper, given: Any, joints: tuple[str, ...], where: Place, key: str) -> Any:
+def _units(model: Model, joint: str | None) -> Units:
+    """Units of a joint as far as the model file itself tells them."""
+    kinds = model.robot.types or tuple(link.type for link in model.robot.table or ())
+    at = model.joints.index(joint) if joint in model.joints else 0
+    return Units(kinds[at] == "revolute" if at < len(kinds) else True)
+
+
+def _value(hyper: Hyper, given: Any, joints: tuple[str, ...], units: Units, where: Place, key: str) -> Any:
     if hyper.unit == "joint":
         if given not in joints:
             raise _wrong(where, key, "is not a joint of this robot", f"joints are {', '.join(joints)}", given)
@@ -114,7 +121,7 @@ def _value(hyper: Hyper, given: Any, joints: tuple[str, ...], where: Place, key:
     try:
         return hyper.check(given)
     except ValueError as err:
-        raise _wrong(where, key, str(err), hyper.describe(Units(True)), given) from None
+        raise _wrong(where, key, str(err), hyper.describe(units), given) from None
 
 
 def _settings_hint(hypers: Mapping[str, Hyper]) -> str:
@@ -127,13 +134,22 @@ def _wrong(where: Place, key: str, message: str, hint: str, value: Any) -> Input
 
 
 def describe_library() -> str:
-    """The library as a Markdown table, for documentation."""
+    """The library as a Markdown table, for documentation. Units are those of a joint that turns."""
     head = ["| effect | torque | parameters | hyper-parameters | what it means |", "|---|---|---|---|---|"]
     return "\n".join(head + [_line(kind) for kind in LIBRARY.values()]) + "\n"
 
 
+def example(kind: type[Effect]) -> Effect:
+    """An effect of a class on the second joint of a SCARA, with hyper-parameters from its grid."""
+    motion = trial_motion(2)
+    motion = motion.with_model(motion.ddq, trial_values(4))
+    settings = next(iter(kind.grid(motion, 1)), {name: 1.0 for name in kind.hypers()})
+    return kind(None if kind.whole_arm else 1, **settings).bind(Scara(("q1", "q2")))
+
+
 def _line(kind: type[Effect]) -> str:
-    units = Units(True)
-    parameters = ", ".join(kind.symbols) or "-"
+    effect, units = example(kind), Units(True)
+    named = zip(effect.symbols, effect.units(units), strict=True)
+    parameters = ", ".join(symbol if unit == "1" else f"{symbol} [{unit}]" for symbol, unit in named) or "-"
     hypers = "; ".join(f"`{name}`: {hyper.describe(units)}" for name, hyper in kind.hypers().items()) or "-"
     return f"| `{kind.name}` | {kind.formula} | {parameters} | {hypers} | {kind.sentence} |"

@@ -156,8 +156,9 @@ def _make(name: str, frozen: str, joints: int) -> type[FormulaEffect]:
     hyper = _hypers(settings.get("hyper", {}))
     numbered = (f"{part}{i + 1}" for part in _STATE[1:] for i in range(joints))
     variables = frozenset((*_STATE, *numbered))
+    taken = variables | set(FUNCTIONS) | set(CONSTANTS) | set(keyword.kwlist) | set(dir(FormulaEffect)) | {"joint"}
     for key in hyper:
-        if key in variables | set(FUNCTIONS) | set(CONSTANTS) or hasattr(FormulaEffect, key) or keyword.iskeyword(key):
+        if key in taken:
             raise _error(f"hyper.{key}", "is a name with another meaning", "choose another name")
     formulas = _formulas(settings.get("formula"), variables | set(hyper))
     symbols = _texts(settings, "symbol", _default_symbols(name, len(formulas)))
