@@ -401,6 +401,7 @@ def _of_the_whole() -> list[Spoiled]:
             spec=slow,
         ),
         Spoiled("slow sensor", _changed(q1=lambda q: np.repeat(q[::2], 2)), kinds=frozenset({"held"}), column="q1"),
+        Spoiled("slower sensor", _changed(q1=lambda q: np.repeat(q[::5], 5)), kinds=frozenset({"held"}), column="q1"),
         Spoiled("one joint at rest", _changed(q2=lambda q: 0 * q + 0.3), kinds=frozenset({"constant"}), column="q2"),
         Spoiled("no joint moves", _changed(q1=lambda q: 0 * q, q2=lambda q: 0 * q + 1), "no joint moves", column="q1"),
         Spoiled("dead torque", _changed(tau2=lambda tau: 0 * tau), kinds=frozenset({"constant"}), column="tau2"),

@@ -19,6 +19,8 @@ _MADE_UP = 0.6  # share of the missing steps that the next one makes up for
 _SHORTEST = 3  # repeats of a frozen stretch
 _SLOW = 0.2  # share of repeats from which the sensor is called slower than the logger
 _SOME = 0.05  # share of repeats worth a word
+_STEPS = 6  # different steps after repeats that a slow sensor makes; a coarse count makes one or two
+_BESIDE = 0.3  # share of repeats beside a frozen stretch, above which the values merely count in large steps
 _ENOUGH = 50  # moving samples from which a share means something
 
 
@@ -55,12 +57,30 @@ def find_held(t: Array, x: Array) -> Held:
     first, end = first[held], end[held]
     if len(first) == 0:
         return Held()
-    length = end - first
+    share = _share(x, first, end, least)
+    if share >= _SLOW:
+        frozen = end - first > 4 * np.median(end - first) + _SHORTEST
+    else:
+        frozen = (end - first >= _SHORTEST) & (_repeats_beside(x, first, end) <= _BESIDE)
+    spans = zip((first + 1)[frozen].tolist(), (end + 1)[frozen].tolist(), strict=True)
+    return Held(share, int(first[0]) + 1, tuple(spans))
+
+
+def _share(x: Array, first: NDArray[np.intp], end: NDArray[np.intp], least: Array) -> float:
+    """Share of repeats among the samples of a moving joint; 0 where the values merely count in large steps."""
+    steps = np.abs(x[end + 1] - x[end])
+    if len(np.unique(np.rint(steps / (1e-9 * np.ptp(x))))) < _STEPS:
+        return 0.0
     moving = int((np.abs(x[_REACH:] - x[:-_REACH]) / _REACH > least[_REACH:]).sum())
-    share = float(length.sum() / max(moving, _ENOUGH))
-    longest = 4 * float(np.median(length)) + _SHORTEST if share >= _SLOW else _SHORTEST - 1
-    frozen = tuple((int(a) + 1, int(b) + 1) for a, b in zip(first, end, strict=True) if b - a > longest)
-    return Held(share, int(first[0]) + 1, frozen)
+    return float((end - first).sum() / max(moving, _ENOUGH))
+
+
+def _repeats_beside(x: Array, first: NDArray[np.intp], end: NDArray[np.intp]) -> Array:
+    """Share of repeats among the steps just before and just after each stretch."""
+    same = np.concatenate([[0], np.cumsum(np.diff(x) == 0)])
+    low, high = np.maximum(first - _REACH, 0), np.minimum(end + 1 + _REACH, len(same) - 1)
+    count = same[first] - same[low] + same[high] - same[end + 1]
+    return np.asarray(count / (first - low + high - end - 1))
 
 
 def stale_before(x: Array, cut: int) -> int:

@@ -36,20 +36,21 @@ def find_jumps(t: Array, x: Array, faster: float) -> Jumps:
     if len(x) < 2 * _END:
         return Jumps((), ())
     speed = np.diff(x) / np.diff(t)
-    fastest = _fastest(np.abs(speed))
+    limit = faster * _fastest(np.abs(speed))
     least = np.maximum(_COUNTS * resolution(x)[1:], _NOISE * usual_noise(roughness(t, x)))
-    fast = (np.abs(speed) > faster * fastest) & (np.abs(np.diff(x)) > least)
+    fast = (np.abs(speed) > limit) & (np.abs(np.diff(x)) > least)
     places = [int(place) + 1 for place in np.flatnonzero(fast) if not _has_company(speed, fast, int(place))]
-    cuts, excursions, rest = [], [], places
-    while rest:
-        first, *rest = rest
-        low, end = _excursion(t, x, first, rest, faster * fastest, least[first - 1])
-        if end > low:
-            excursions.append((low, end))
-            rest = [place for place in rest if place > end]
+    cuts, excursions, done = [], [], 0
+    for place in places:
+        if place <= done:
+            continue
+        first, back = _excursion(t, x, place, places, limit, float(least[place - 1]))
+        if back > first:
+            excursions.append((first, back))
+            done = back
         else:
-            cuts.append(first)
-    return Jumps(tuple(cuts), tuple(excursions))
+            cuts.append(place)
+    return Jumps(tuple(cut for cut in cuts if not any(a <= cut <= b for a, b in excursions)), tuple(excursions))
 
 
 def _fastest(speed: Array) -> float:
@@ -63,17 +64,27 @@ def _has_company(speed: Array, fast: NDArray[np.bool_], place: int) -> bool:
     return any(fast[other] and speed[other] * speed[place] > 0 for other in near)
 
 
-def _excursion(t: Array, x: Array, first: int, later: Sequence[int], speed: float, least: float) -> tuple[int, int]:
-    """The samples that left with the jump at `first` and came back with a later one; empty when none did."""
-    if first <= _END:
-        return 0, first
-    for back in later:
-        bridged = abs(x[back] - x[first - 1]) <= speed * (t[back] - t[first - 1]) + least
-        if bridged and (back - first <= _MOMENT or np.ptp(x[first:back]) == 0):
+def _excursion(t: Array, x: Array, place: int, places: Sequence[int], limit: float, least: float) -> tuple[int, int]:
+    """The samples (first, end) that the jump at `place` leads out to or back from; empty when it does neither."""
+    if place <= _END:
+        return 0, place
+    if len(x) - place <= _END:
+        return place, len(x)
+    near = _opposite(x, place)
+    flat = [other for other in places if other > place and np.ptp(x[place:other]) == 0]
+    for other in sorted([*near, *flat], key=lambda other: abs(other - place)):
+        first, back = min(place, other), max(place, other)
+        if abs(x[back] - x[first - 1]) <= limit * (t[back] - t[first - 1]) + least:
             return first, back
-    if len(x) - first <= _END:
-        return first, len(x)
     return 0, 0
+
+
+def _opposite(x: Array, place: int) -> list[int]:
+    """Places within a moment of the jump at `place` where the value steps back by half of it at least."""
+    low = max(place - _MOMENT, 1)
+    step = np.diff(x[low - 1 : place + _MOMENT + 1])
+    size = x[place] - x[place - 1]
+    return [int(low + other) for other in np.flatnonzero(step * np.sign(size) < -0.5 * abs(size))]
 
 
 def unwrap(x: Array, periods: Sequence[float]) -> tuple[Array, float, NDArray[np.intp]]:

@@ -58,9 +58,8 @@ def check_column(column: Column, cuts: Sequence[int], manner: Manner, periods: S
     _undo_turns(column, stretches, periods)
     if manner is POSITION:
         _leave_out_held(column, stretches)
-    seams = _cut_jumps(column, stretches, manner) if math.isfinite(manner.jump) else []
-    _leave_out_spikes(column, list(pairwise(sorted({0, *cuts, *seams, len(column.x)}))), manner)
-    return seams
+    _leave_out_spikes(column, stretches, manner)
+    return _cut_jumps(column, stretches, manner) if math.isfinite(manner.jump) else []
 
 
 def _present(column: Column, low: int, high: int) -> NDArray[np.intp]:
