@@ -72,6 +72,7 @@ def estimate_document(estimate: Estimate, out: Path | None) -> dict[str, Any]:
         "bandwidth": estimate.record["bandwidth"],
         "degree": estimate.record["degree"],
         "residual": {joint: residual_document(r) for joint, r in estimate.residual.items()},
+        "torque_lag": None if estimate.lag is None else {"value": estimate.lag.value, "sd": estimate.lag.sd},
         "warnings": [str(notice) for notice in estimate.notices],
         "remarks": remarks(estimate),
         "record": estimate.record,

@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from chebid.basis import Array
 from chebid.effects import Motion
 from chebid.equations import measured_rows
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import DrSettings, method_settings
@@ -40,17 +40,8 @@ def dr(problem: Problem) -> Estimate:
     tracks = [_rederived(track, settings) for track in problem.tracks]
     rows = measured_rows(tracks, dynamics, problem.gate, problem.band.frequency)
     found = solve(rows, dynamics.parameters)
-    return Estimate(
-        method="dr",
-        parameters=dynamics.parameters,
-        theta=found.theta,
-        covariance=found.covariance,
-        white=found.white,
-        condition=found.condition,
-        residual=judge(problem, rows, found.theta),
-        weights=1 / found.sigma,
-        record=problem.describe() | {"equation_bandwidth": problem.band.frequency, "dr": settings.model_dump()},
-        notices=tuple(problem.notices),
+    return assemble(
+        problem, "dr", found, rows, {"equation_bandwidth": problem.band.frequency, "dr": settings.model_dump()}
     )
 
 

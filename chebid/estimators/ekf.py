@@ -1,8 +1,8 @@
 """`ekf`: extended Kalman filter on state and parameters (Gautier and Poignet, Control Eng. Pract. 9, 2001).
 
 State (q, dq, theta), theta constant; the measured torque drives the model, the measured positions correct it. The prior
-is the model file's fit, with `methods: ekf: prior:` as its relative standard deviation. The torque's noise, which drives the
-state, is that of the residual of `poly`; a joint below its velocity gate gets the whole of its friction as
+is the model file's fit, with `methods: ekf: prior:` as its relative standard deviation. The torque's noise, which
+drives the state, is that of the residual of `poly`; a joint below its velocity gate gets the whole of its friction as
 uncertainty, because nobody knows where it points.
 """
 
@@ -14,15 +14,15 @@ from chebid.basis import Array
 from chebid.dynamics import Dynamics
 from chebid.effects import Motion
 from chebid.errors import InputError, NoAnswerError, Place
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import EkfSettings, method_settings
-from chebid.estimators.weighted import solve
+from chebid.estimators.weighted import Solution, solve
 from chebid.motion import Track
 
 _STEP = 1e-6  # relative step of the differences that linearise the motion
-_LONGEST = 5e-3  # s of one integration step
+_LONGEST = 1e-2  # s of one integration step
 
 
 def ekf(problem: Problem) -> Estimate:
@@ -42,21 +42,15 @@ def ekf(problem: Problem) -> Estimate:
     if not np.all(np.isfinite(mean)):
         raise NoAnswerError("the filter diverged", hint="give a better prior in the fit: section, or use --method poly")
     honest = covariance * _inflation(np.concatenate(innovations))
-    return Estimate(
-        method="ekf",
-        parameters=dynamics.parameters,
-        theta=mean,
-        covariance=honest,
-        white=covariance,
-        condition=first.condition,
-        residual=judge(problem, rows, mean),
-        weights=1 / first.sigma,
-        record=problem.describe()
-        | {
+    return assemble(
+        problem,
+        "ekf",
+        Solution(mean, honest, covariance, first.sigma, first.condition),
+        rows,
+        {
             "equation_bandwidth": problem.band.frequency,
             "ekf": {"prior": settings.prior, "prior_sd": list(np.sqrt(np.diag(prior)))},
         },
-        notices=tuple(problem.notices),
     )
 
 
@@ -112,7 +106,7 @@ class _Filter:
         for k in range(first, last):
             held = (tau[k] + tau[k + 1]) / 2
             held = np.where(np.isfinite(held), held, 0.0)
-            x, P = self._predict(x, P, t[k], t[k + 1] - t[k], held)
+            x, P = self._predict(x, P, t[k + 1] - t[k], held)
             if np.all(np.isfinite(q[k + 1])):
                 x, P = self._correct(x, P, q[k + 1])
         return x[2 * joints :], P[2 * joints :, 2 * joints :]
@@ -129,15 +123,14 @@ class _Filter:
         # Joseph's form keeps P symmetric and positive
         return x + gain @ innovation, kept @ P @ kept.T + gain @ self.R @ gain.T
 
-    def _predict(self, x: Array, P: Array, t: float, step: float, tau: Array) -> tuple[Array, Array]:
+    def _predict(self, x: Array, P: Array, step: float, tau: Array) -> tuple[Array, Array]:
         joints = self.joints
         F, G = np.eye(len(x)), np.zeros((len(x), joints))
         count = max(1, int(np.ceil(step / _LONGEST)))
         small = step / count
         for _ in range(count):
-            x, f, g = self._step(x, t, small, tau)
+            x, f, g = self._step(x, small, tau)
             F, G = f @ F, f @ G + g
-            t += small
         slow = np.abs(x[joints : 2 * joints]) < self.gate
         noise = np.where(slow, np.maximum(self.torque_noise, self._friction(x)), self.torque_noise)
         return x, F @ P @ F.T + (G * noise**2) @ G.T
@@ -149,52 +142,49 @@ class _Filter:
         both = [self._regressor(q[None], (s * speed)[None], np.zeros((1, joints)))[0] @ theta for s in (1.0, -1.0)]
         return np.abs(both[0] - both[1]) / 2
 
-    def _step(self, x: Array, t: float, h: float, tau: Array) -> tuple[Array, Array, Array]:
-        """One midpoint step, its derivative with respect to x and to the torque."""
+    def _step(self, x: Array, h: float, tau: Array) -> tuple[Array, Array, Array]:
+        """One midpoint step, its derivative with respect to x and to the torque (to second order in h)."""
         joints = self.joints
-        a1, J1, B1, _ = self._acceleration(x, tau)
+        v, unit = slice(joints, 2 * joints), np.eye(len(x))
+        first, _, _ = self._acceleration(x, tau, linearise=False)
         middle = x.copy()
-        middle[:joints] += h / 2 * x[joints : 2 * joints]
-        middle[joints : 2 * joints] += h / 2 * a1
-        a2, J2, B2, _ = self._acceleration(middle, tau)
+        middle[:joints] += h / 2 * x[v]
+        middle[v] += h / 2 * first
+        a, J, inverse = self._acceleration(middle, tau)
         out = x.copy()
-        out[:joints] += h * middle[joints : 2 * joints]
-        out[joints : 2 * joints] += h * a2
-        v = slice(joints, 2 * joints)
-        Dm = np.eye(len(x))
-        Dm[:joints, v] += h / 2 * np.eye(joints)
-        Dm[v] += h / 2 * J1
-        F = np.eye(len(x))
-        F[:joints] += h * Dm[v]
-        F[v] += h * J2 @ Dm
+        out[:joints] += h * middle[v]
+        out[v] += h * a
+        half = unit.copy()
+        half[:joints] += h / 2 * unit[v]
+        half[v] += h / 2 * J
+        F = unit.copy()
+        F[:joints] += h * half[v]
+        F[v] += h * J @ half
         G = np.zeros((len(x), joints))
-        G[:joints] = h * h / 2 * B1
-        G[v] = h * B2
+        G[:joints], G[v] = h * h / 2 * inverse, h * inverse
         return out, F, G
 
-    def _acceleration(self, x: Array, tau: Array) -> tuple[Array, Array, Array, Array]:
-        """ddq (J,), d ddq / dx (J, n), d ddq / d tau (J, J) and the mass matrix, from one batch of regressors."""
+    def _acceleration(self, x: Array, tau: Array, linearise: bool = True) -> tuple[Array, Array, Array]:
+        """ddq (J,), d ddq / dx (J, n) and the inverse of the mass matrix, from one batch of regressors."""
         joints, theta = self.joints, x[2 * self.joints :]
         steps = _STEP * np.maximum(1.0, np.abs(x[: 2 * joints]))
-        states = x[: 2 * joints] + np.vstack([np.zeros(2 * joints), np.diag(steps)])
-        # differences of the state must not cross a reversal of friction
-        states[:, joints:] = np.where(
-            np.sign(states[:, joints:]) == np.sign(x[joints : 2 * joints]), states[:, joints:], x[joints : 2 * joints]
-        )
+        # a difference in velocity goes away from zero: it must not cross a reversal of friction
+        steps[joints:] *= np.where(x[joints : 2 * joints] < 0, -1.0, 1.0)
+        moved = np.diag(steps) if linearise else np.zeros((0, 2 * joints))
+        states = x[: 2 * joints] + np.vstack([np.zeros(2 * joints), moved])
         batch = np.repeat(states, joints + 1, axis=0)
         unit = np.tile(np.vstack([np.zeros(joints), np.eye(joints)]), (len(states), 1))
-        torque = (self._regressor(batch[:, :joints], batch[:, joints:], unit) @ theta).reshape(
-            len(states), joints + 1, joints
-        )
-        bias = torque[:, 0]
-        mass = (torque[:, 1:] - bias[:, None]).transpose(0, 2, 1)
-        a = np.linalg.solve(mass, (tau - bias)[:, :, None])[:, :, 0]
-        inverse = np.linalg.inv(mass[0])
+        torque = self._regressor(batch[:, :joints], batch[:, joints:], unit) @ theta
+        bias, *columns = torque.reshape(len(states), joints + 1, joints).transpose(1, 0, 2)
+        mass = np.stack([column - bias for column in columns], axis=2)
+        a: Array = np.asarray(np.linalg.solve(mass, (tau - bias)[:, :, None])[:, :, 0], dtype=np.float64)
         J = np.zeros((joints, len(x)))
-        J[:, : 2 * joints] = ((a[1:] - a[0]) / steps[:, None]).T
-        # tau = R(q, dq, ddq) theta is constant under a change of theta: d ddq = - M^-1 R d theta
-        J[:, 2 * joints :] = -inverse @ self._regressor(x[None, :joints], x[None, joints : 2 * joints], a[:1])[0]
-        return a[0], J, inverse, mass[0]
+        inverse: Array = np.asarray(np.linalg.inv(mass[0]), dtype=np.float64)
+        if linearise:
+            J[:, : 2 * joints] = ((a[1:] - a[0]) / steps[:, None]).T
+            # the torque R(q, dq, ddq) theta stays when theta changes: d ddq = - M^-1 R d theta
+            J[:, 2 * joints :] = -inverse @ self._regressor(x[None, :joints], x[None, joints : 2 * joints], a[:1])[0]
+        return a[0], J, inverse
 
     def _regressor(self, q: Array, dq: Array, ddq: Array) -> Array:
         return self.dynamics.regressor(Motion(np.zeros(len(q)), q, dq, ddq))

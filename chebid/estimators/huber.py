@@ -9,7 +9,7 @@ import numpy as np
 from chebid.basis import Array
 from chebid.equations import Rows
 from chebid.errors import NoAnswerError
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import HuberSettings, method_settings
@@ -32,18 +32,12 @@ def huber(problem: Problem) -> Estimate:
             break
     else:
         raise NoAnswerError("the Huber weights do not settle", hint="use --method wls, and look at the residuals")
-    return Estimate(
-        method="huber",
-        parameters=parameters,
-        theta=found.theta,
-        covariance=found.covariance,
-        white=found.white,
-        condition=found.condition,
-        residual=judge(problem, rows, found.theta),
-        weights=1 / found.sigma,
-        record=problem.describe()
-        | {"huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))}, "wls": recipe(filters)},
-        notices=tuple(problem.notices),
+    return assemble(
+        problem,
+        "huber",
+        found,
+        rows,
+        {"huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))}, "wls": recipe(filters)},
     )
 
 

@@ -11,7 +11,7 @@ from chebid.basis import Array
 from chebid.effects import Motion
 from chebid.equations import project_columns
 from chebid.errors import InputError, NoAnswerError, Place
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import IvSettings, method_settings
@@ -39,18 +39,7 @@ def iv(problem: Problem) -> Estimate:
             f"the instruments have not settled after {settings.iterations} iterations",
             hint="check the control law in the model file; methods: iv: iterations: sets the number",
         )
-    return Estimate(
-        method="iv",
-        parameters=dynamics.parameters,
-        theta=found.theta,
-        covariance=found.covariance,
-        white=found.white,
-        condition=found.condition,
-        residual=judge(problem, rows, found.theta),
-        weights=1 / found.sigma,
-        record=problem.describe() | {"equation_bandwidth": problem.band.frequency},
-        notices=tuple(problem.notices),
-    )
+    return assemble(problem, "iv", found, rows, {"equation_bandwidth": problem.band.frequency})
 
 
 def _require_control(problem: Problem) -> None:

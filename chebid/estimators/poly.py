@@ -4,7 +4,7 @@ Positions are projected (eq. 11) and differentiated (eq. 13, 14); the equations 
 a whole, so that the rows are as many as there are independent equations.
 """
 
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.weighted import solve
@@ -14,21 +14,10 @@ def poly(problem: Problem) -> Estimate:
     """Estimate by projection. Raises NoAnswerError on rank loss or when nothing is left to use."""
     rows, dynamics = problem.rows, problem.dynamics
     found = solve(rows, dynamics.parameters)
-    record = problem.describe() | {
+    record = {
         "equation_bandwidth": problem.band.frequency,
         "equation_bandwidth_reason": problem.band.reason,
         "equations": {joint: n.equations for joint, n in zip(dynamics.joints, rows.noise, strict=True)},
         "trim": problem.model.processing.trim,
     }
-    return Estimate(
-        method="poly",
-        parameters=dynamics.parameters,
-        theta=found.theta,
-        covariance=found.covariance,
-        white=found.white,
-        condition=found.condition,
-        residual=judge(problem, rows, found.theta),
-        weights=1 / found.sigma,
-        record=record,
-        notices=tuple(problem.notices),
-    )
+    return assemble(problem, "poly", found, rows, record)

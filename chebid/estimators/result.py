@@ -29,6 +29,14 @@ class JointResidual:
 
 
 @dataclass(frozen=True)
+class Lag:
+    """Lag in s of the torque behind the positions, beyond the model file's `torque_delay`, and its deviation."""
+
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True)
 class Estimate:
     """Parameters theta (P,) with their covariances, and how they came about.
 
@@ -44,6 +52,7 @@ class Estimate:
     condition: float
     residual: dict[str, JointResidual]
     weights: Array
+    lag: Lag | None = None
     record: dict[str, Any] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
 

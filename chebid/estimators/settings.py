@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from chebid.errors import InputError, Place
 from chebid.model import Model
+from chebid.model.schema import Method
 
 
 class Settings(BaseModel):
@@ -59,9 +60,9 @@ SCHEMAS: dict[str, type[Settings]] = {
 S = TypeVar("S", bound=Settings)
 
 
-def method_settings(model: Model, method: str, schema: type[S]) -> S:
+def method_settings(model: Model, method: Method, schema: type[S]) -> S:
     """The settings of one estimator. Raises InputError naming the key."""
-    given = model.methods.get(method) or {}
+    given = model.methods.get(method, {})
     try:
         return schema.model_validate(given)
     except ValidationError as err:

@@ -8,7 +8,7 @@ come out again. What the recipe leaves out (no section at all) is taken from the
 from typing import Any
 
 from chebid.equations import FilterSettings, Rows, filtered_rows
-from chebid.estimators.judge import judge
+from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import WlsSettings, method_settings
@@ -55,15 +55,4 @@ def wls(problem: Problem) -> Estimate:
     rows, settings = wls_rows(problem)
     dynamics = problem.dynamics
     found = solve(rows, dynamics.parameters)
-    return Estimate(
-        method="wls",
-        parameters=dynamics.parameters,
-        theta=found.theta,
-        covariance=found.covariance,
-        white=found.white,
-        condition=found.condition,
-        residual=judge(problem, rows, found.theta),
-        weights=1 / found.sigma,
-        record=problem.describe() | {"wls": recipe(settings)},
-        notices=tuple(problem.notices),
-    )
+    return assemble(problem, "wls", found, rows, {"wls": recipe(settings)})

@@ -1,0 +1,29 @@
+"""From a solution to an `Estimate`: what all estimators report alike."""
+
+from typing import Any
+
+from chebid.equations import Rows
+from chebid.estimators.judge import judge
+from chebid.estimators.problem import Problem
+from chebid.estimators.result import Estimate
+from chebid.estimators.timing import lag_notice, torque_lag
+from chebid.estimators.weighted import Solution
+
+
+def assemble(problem: Problem, method: str, found: Solution, rows: Rows, record: dict[str, Any]) -> Estimate:
+    """The estimate of a method on its rows, judged, with the lag of the torque and all warnings."""
+    lag = torque_lag(problem, found.theta)
+    late = lag_notice(lag, problem) if lag else None
+    return Estimate(
+        method=method,
+        parameters=problem.dynamics.parameters,
+        theta=found.theta,
+        covariance=found.covariance,
+        white=found.white,
+        condition=found.condition,
+        residual=judge(problem, rows, found.theta),
+        weights=1 / found.sigma,
+        lag=lag,
+        record=problem.describe() | record,
+        notices=(*problem.notices, *([late] if late else [])),
+    )
