@@ -1,6 +1,7 @@
 """From the records of a log to the motion of the joints: q, dq, ddq at the instants of the torque samples."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from chebid.effects import Motion
 from chebid.errors import InputError, NoAnswerError, Place
 from chebid.log import Log, Record
 from chebid.projection import Plan, Projection, Setting, project
+from chebid.projection.quality import TOLERATED_SHARE
 
 Mask = NDArray[np.bool_]
 
@@ -50,6 +52,11 @@ class Track:
     def used(self) -> tuple[Used, ...]:
         """The plans, for other records of the same robot."""
         return tuple(Used(p.plan, float(p.t[-1] - p.t[0])) for p in self.projections)
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether the projections leave out no more of the accelerations than an identification tolerates."""
+        return all(p.energy_left_out <= TOLERATED_SHARE for p in self.projections)
 
     @property
     def bandwidth(self) -> float:

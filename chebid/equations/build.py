@@ -1,14 +1,9 @@
 """Equations by projection: the whole system of equations, not only q, is projected (abstract of the paper).
 
-On equal stretches of time both sides of every joint's equation are multiplied by the gate (0 or 1: what is wrong at
-slow speed stays out of the projection) and expanded in polynomials orthonormal on the samples: the coefficients are
-the rows. White noise on the torque stays white on the coefficients, there are as many as there are independent
-equations (so that eq. 26 is honest), and what lies above the band is gone from both sides alike, which repairs a
-degree too low for q.
+The rows are the coefficients of both sides of every joint's equation on the test functions of `functions.py`. What
+lies above the band is gone from both sides alike, which repairs a degree too low for q.
 """
 
-import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +11,14 @@ import numpy as np
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
 from chebid.effects import Motion
+from chebid.equations.functions import moving_functions
 from chebid.equations.gate import moving
 from chebid.equations.rows import JointNoise, Rows, merge
 from chebid.errors import NoAnswerError
-from chebid.motion import Mask, Track
-from chebid.projection.modes import degree_modes
+from chebid.motion import Track
 
-_SHARP = 2.5  # n <= 2.5 sqrt(N) on a stretch: its polynomials stay well conditioned
-_LONGEST = 150  # degree on a stretch: more would only cost time
 _FLAT = 0.6  # of the bandwidth of q: up to there its accelerations are right to 1 %
+_BEYOND = 2.0  # of it, where q is passed whole: friction has something to say above the band of the motion
 _CHUNK = 32768  # samples whose regressor is held at a time
 _ENERGY = 0.999  # of the model's torque lies inside the band that is chosen
 
@@ -38,8 +32,8 @@ class Band:
 
 
 def widest_band(tracks: list[Track]) -> float:
-    """Hz up to which the accelerations of all tracks can be trusted."""
-    return min(min(_FLAT * track.bandwidth, 0.4 * track.rate) for track in tracks)
+    """Hz up to which the regressors of all tracks can be trusted."""
+    return min(min((_BEYOND if track.whole else _FLAT) * track.bandwidth, 0.4 * track.rate) for track in tracks)
 
 
 def choose_band(tracks: list[Track], dynamics: Dynamics, theta: Array) -> Band:
@@ -48,7 +42,7 @@ def choose_band(tracks: list[Track], dynamics: Dynamics, theta: Array) -> Band:
     found = max(_energy_band(track, dynamics, theta) for track in tracks)
     if found < most:
         return Band(found, f"holds {100 * _ENERGY:.1f} % of the energy of the model's torque")
-    return Band(most, f"{_FLAT} of the bandwidth of the positions")
+    return Band(most, f"{most / min(track.bandwidth for track in tracks):.2g} of the bandwidth of the positions")
 
 
 def _energy_band(track: Track, dynamics: Dynamics, theta: Array) -> float:
@@ -68,6 +62,11 @@ def measured_rows(tracks: list[Track], dynamics: Dynamics, gate: Array, band: fl
                 f"joint {dynamics.joints[j]} is slower than its gate of {gate[j]:.3g} everywhere: no sample is left",
                 hint="record a motion of this joint, or lower processing: velocity_gate",
             )
+        if noise.equations == 0:
+            raise NoAnswerError(
+                f"joint {dynamics.joints[j]} moves in stretches too short for a band of {band:.3g} Hz",
+                hint="raise the bandwidth, or leave it out and chebid chooses it",
+            )
     return rows
 
 
@@ -75,69 +74,22 @@ def _track_rows(track: Track, dynamics: Dynamics, gate: Array, band: float) -> R
     used = moving(track, gate)
     joints, width = used.shape[1], len(dynamics.parameters) + 1
     grams = np.zeros((joints, width, width))
-    equations = np.zeros(joints)
-    parts: list[tuple[int, Array]] = []
+    parts: list[tuple[int, list[Array]]] = []
     chunk = _Chunk(track, dynamics)
-    for number, piece, basis in _active_stretches(track, used, band):
-        system = np.where(used[piece][:, :, None], chunk.system(piece), 0.0)
+    for functions in moving_functions(track, used, track.valid, band):
+        system, piece = chunk.system(functions.piece), functions.piece
         for j in range(joints):
-            grams[j] += system[:, j].T @ system[:, j]
-            equations[j] += float(used[piece][:, j] @ np.sum(basis**2, axis=1))
-        parts.append((number, _project(basis, system)))
-    degree, size = _stretch(track, band)
-    frequency = np.arange(degree + 1) * track.rate / (2 * size)
-    return _collect(parts, frequency, grams, used.sum(axis=0), equations, width)
+            mine = system[used[piece][:, j], j]
+            grams[j] += mine.T @ mine
+        parts.append((functions.number, functions.rows(system)))
+    return _collect(parts, band, grams, used.sum(axis=0))
 
 
 def project_columns(track: Track, gate: Array, band: float, columns: Array) -> Array:
     """Further columns (N, J, K), known at the samples of a track, as rows (R, K) in the order of `measured_rows`."""
     used = moving(track, gate)
-    parts = [
-        _project(basis, np.where(used[piece][:, :, None], columns[piece], 0.0))
-        for _, piece, basis in _active_stretches(track, used, band)
-    ]
-    return np.concatenate(parts, axis=1).reshape(-1, columns.shape[2])
-
-
-def _project(basis: Array, system: Array) -> Array:
-    """Coefficients (J, n + 1, K) of columns (N_s, J, K) on the polynomials of a stretch (N_s, n + 1)."""
-    samples, joints, width = system.shape
-    return (basis.T @ system.reshape(samples, -1)).reshape(-1, joints, width).transpose(1, 0, 2)
-
-
-def _active_stretches(track: Track, used: Mask, band: float) -> Iterator[tuple[int, slice, Array]]:
-    """Number, samples and polynomials of the stretches in which anything moves."""
-    for number, (piece, basis) in enumerate(stretch_bases(track, band, len(used))):
-        if used[piece].any():
-            yield number, piece, basis
-
-
-def stretch_bases(track: Track, band: float, count: int) -> Iterator[tuple[slice, Array]]:
-    """Equal stretches of the first `count` samples, each with polynomials orthonormal on them (N_s, n + 1)."""
-    degree, size = _stretch(track, band)
-    edges = np.linspace(0, count, max(1, round(count / size)) + 1).astype(int)
-    cache: dict[int, Array] = {}
-    for start, stop in itertools.pairwise(edges):
-        piece = slice(int(start), int(stop))
-        yield piece, _basis(track, piece, min(degree, stop - start - 1), cache)
-
-
-def _stretch(track: Track, band: float) -> tuple[int, int]:
-    """Degree and number of samples of a stretch: n = 2 f T, as many equations as the band holds, n <= 2.5 sqrt(N)."""
-    longest = min(_LONGEST / (2 * band), track.rate * (_SHARP / (2 * band)) ** 2)
-    size = int(np.clip(longest * track.rate, 16, len(track.motion.t)))
-    degree = int(np.clip(np.ceil(2 * band * size / track.rate), 3, min(size - 1, int(_SHARP * np.sqrt(size)))))
-    return degree, size
-
-
-def _basis(track: Track, piece: slice, degree: int, cache: dict[int, Array]) -> Array:
-    """Orthonormal polynomials (N, n + 1) on the samples of a stretch."""
-    t = track.motion.t[piece]
-    if not track.projections[0].operator.uniform:
-        return degree_modes(2 * (t - t[0]) / (t[-1] - t[0]) - 1, degree).samples
-    if len(t) not in cache:
-        cache[len(t)] = degree_modes(np.linspace(-1.0, 1.0, len(t)), degree).samples
-    return cache[len(t)]
+    parts = [f.rows(columns[f.piece]) for f in moving_functions(track, used, track.valid, band)]
+    return np.concatenate([part[j] for j in range(used.shape[1]) for part in parts])
 
 
 class _Chunk:
@@ -165,17 +117,22 @@ def _cut(motion: Motion, piece: slice) -> Motion:
     return Motion(motion.t[piece], motion.q[piece], motion.dq[piece], motion.ddq[piece], tau)
 
 
-def _collect(
-    parts: list[tuple[int, Array]], frequency: Array, grams: Array, samples: Array, equations: Array, width: int
-) -> Rows:
-    joints, degree = len(grams), len(frequency) - 1
-    system = np.concatenate([part for _, part in parts], axis=1) if parts else np.zeros((joints, 0, width))
-    blocks = np.repeat([number for number, _ in parts], degree + 1)
+def _collect(parts: list[tuple[int, list[Array]]], band: float, grams: Array, samples: Array) -> Rows:
+    """Rows joint by joint, and within a joint in order of time."""
+    joints, width = grams.shape[:2]
+    own = [[(number, part[j]) for number, part in parts] for j in range(joints)]
+    system = np.concatenate([np.zeros((0, width)), *(part for mine in own for _, part in mine)])
+    counts = np.array([sum(len(part) for _, part in mine) for mine in own], dtype=int)
     return Rows(
-        W=system[:, :, :-1].reshape(-1, width - 1),
-        Y=system[:, :, -1].reshape(-1),
-        joint=np.repeat(np.arange(joints), system.shape[1]),
-        frequency=np.tile(frequency, joints * len(parts)),
-        block=np.tile(blocks, joints).astype(int),
-        noise=tuple(JointNoise(grams[j], int(samples[j]), float(equations[j])) for j in range(joints)),
+        W=system[:, :-1],
+        Y=system[:, -1],
+        joint=np.repeat(np.arange(joints), counts),
+        # the k-th of functions that live in a time T has the frequency k / (2 T): they share out the band
+        frequency=_joined([band * np.arange(1, len(part) + 1) / len(part) for mine in own for _, part in mine]),
+        block=_joined([np.full(len(part), number) for mine in own for number, part in mine]).astype(int),
+        noise=tuple(JointNoise(grams[j], int(samples[j]), float(counts[j])) for j in range(joints)),
     )
+
+
+def _joined(parts: list[Array]) -> Array:
+    return np.concatenate([np.zeros(0), *parts])

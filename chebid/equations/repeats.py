@@ -9,7 +9,7 @@ import scipy.fft
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
-from chebid.equations.build import stretch_bases
+from chebid.equations.functions import moving_functions
 from chebid.equations.gate import moving
 from chebid.motion import Track
 
@@ -50,9 +50,11 @@ def repeat_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Ar
         used = moving(track, gate)
         both = used[lag:] & used[:-lag]
         residual = track.torque - dynamics.torque(track.motion, theta)
-        difference = np.where(both, residual[lag:] - residual[:-lag], 0.0)
-        for piece, basis in stretch_bases(track, band, len(difference)):
-            energy += np.sum((basis.T @ difference[piece]) ** 2, axis=0) / 2
+        difference = residual[lag:] - residual[:-lag]
+        known = track.valid[lag:] & track.valid[:-lag]
+        for functions in moving_functions(track, both, known, band):
+            rows = functions.rows(difference[functions.piece][:, :, None])
+            energy += [np.sum(row**2) / 2 for row in rows]
         samples += both.sum(axis=0)
     if np.any(samples < _SHORTEST):
         return None
