@@ -1,6 +1,7 @@
 """Every spoiled log has its right outcome, and nothing but a ChebidError ever comes out of any bytes."""
 
 import gzip
+import os
 import re
 import subprocess
 import sys
@@ -45,6 +46,16 @@ def test_outcome(case: Spoiled, tmp_path):
         assert case.column in {place.column for place in places}
     if case.row is not None:
         assert case.row in {place.row for place in places}
+
+
+def test_a_file_that_may_not_be_read(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,q1\n0,1\n")
+    path.chmod(0)
+    if os.access(path, os.R_OK):
+        pytest.skip("the superuser may read everything")
+    with pytest.raises(InputError, match="permission denied"):
+        read_log(path)
 
 
 # --- size -----------------------------------------------------------------------------------------------------------

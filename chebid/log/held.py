@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.log.roughness import Array, resolution, roughness, usual_noise
+from chebid.log.roughness import Array, Scale, roughness, scale_of, usual_noise
 
 _REACH = 8  # samples on either side over which the joint's pace is taken; more for longer stretches
 _LEAST = 4  # samples on either side without which nothing is said
@@ -47,11 +47,14 @@ class Held:
         return self.share >= _SOME
 
 
-def find_held(t: Array, x: Array) -> Held:
-    """Repeats in `x` (N,) at stamps `t` (N,) where the joint moves too fast for them."""
+def find_held(t: Array, x: Array, scale: Scale | None = None) -> Held:
+    """Repeats in `x` (N,) at stamps `t` (N,) where the joint moves too fast for them.
+
+    `scale` is that of the whole column when `x` is a part of it.
+    """
     if len(x) < 4 * _REACH:
         return Held()
-    least = _least_pace(t, x)
+    least = _least_pace(t, x, scale or scale_of(t, x))
     first, end = _runs(np.diff(x) == 0)
     held = _is_held(x, first, end, least)
     first, end = first[held], end[held]
@@ -83,10 +86,11 @@ def _repeats_beside(x: Array, first: NDArray[np.intp], end: NDArray[np.intp]) ->
     return np.asarray(count / (first - low + high - end - 1))
 
 
-def stale_before(x: Array, cut: int) -> int:
+def stale_before(x: Array, cut: int, longest: float) -> int:
     """The first of the repeats just before the jump at `cut` when the joint stopped dead for them; else `cut`.
 
-    A joint that comes to rest slows down; a sensor that stands still stops at full pace.
+    A joint that comes to rest slows down; a sensor that stands still stops at full pace. `longest` is that of its
+    column's `Scale`.
     """
     first = cut - 1
     while first > 0 and x[first - 1] == x[cut - 1]:
@@ -95,16 +99,14 @@ def stale_before(x: Array, cut: int) -> int:
         return cut
     pace = abs(x[first] - x[first - _REACH]) / _REACH
     last = abs(x[first] - x[first - 2]) / 2
-    fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
-    return first + 1 if last > 0.7 * pace > 5 * _PACE * fastest else cut
+    return first + 1 if last > 0.7 * pace > 5 * _PACE * longest else cut
 
 
-def _least_pace(t: Array, x: Array) -> Array:
+def _least_pace(t: Array, x: Array, scale: Scale) -> Array:
     """Change per sample (N,) from which a moving joint cannot repeat a value."""
-    fastest = float(np.quantile(np.abs(np.diff(x)), 0.999))
     new = np.flatnonzero(np.diff(x, prepend=np.inf) != 0)  # repeats would pass for noise
     noise = usual_noise(roughness(t[new], x[new])) if len(new) > 4 else 0.0
-    return np.maximum(_COUNTS * np.maximum(resolution(x), noise), _PACE * fastest)
+    return np.maximum(_COUNTS * np.maximum(scale.fine, noise), _PACE * scale.longest)
 
 
 def _runs(same: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -5,6 +5,10 @@ r_i = x_i - (4 (x_{i-1} + x_{i+1}) - (x_{i-2} + x_{i+2})) / 6, a sixth of the fo
 deviation s gives r a deviation of sqrt(70)/6 s; smooth motion gives next to nothing.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +19,7 @@ Array = NDArray[np.float64]
 WHITE = np.sqrt(70.0) / 6.0  # deviation of r for white noise of deviation 1
 _NORMAL = 1.4826  # deviation of normal noise per median of its magnitude
 _EXACT = 1e-3  # of a count, to which steps are whole counts
+_RARE = 1e-3
 _BLOCK = 512  # samples over which noise is taken as constant
 
 
@@ -70,7 +75,7 @@ def printed_resolution(x: Array, most: int = 7) -> Array | float:
     some = x[:: max(len(x) // 500, 1)]
     some = some[some != 0]
     for digits in range(3, most + 1):
-        if len(some) and all(float(f"{value:.{digits - 1}e}") == value for value in some.tolist()):
+        if len(some) and np.mean([float(f"{value:.{digits - 1}e}") == value for value in some.tolist()]) > 0.98:
             size = np.abs(x)
             exponent = np.floor(np.log10(np.where(size > 0, size, 1.0)))
             return np.where(size > 0, 10.0 ** (exponent - digits + 1), 0.0)
@@ -89,6 +94,39 @@ def quantum(x: Array, fine: float = 0.0) -> float:
         if len(few) > 0.02 * len(step) and np.mean(np.abs(few - np.rint(few)) < near) > 0.95:
             return least
     return 0.0
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What is usual in one column, by which a suspect is judged; short stretches of rest alone would mislead.
+
+    `fine` (N,) the least meaningful difference at each sample; `noise` its usual noise; `fastest` the speed (per s) and
+    `longest` the step that one step in a thousand exceeds.
+    """
+
+    fine: Array
+    noise: float
+    fastest: float
+    longest: float
+
+    def at(self, places: NDArray[np.intp]) -> "Scale":
+        """The same for some of the samples."""
+        return Scale(self.fine[places], self.noise, self.fastest, self.longest)
+
+
+def scale_of(t: Array, x: Array, cuts: Sequence[int] = ()) -> Scale:
+    """The scale of `x` (N,) at stamps `t` (N,), neither noise nor speed taken across `cuts`."""
+    stretches = [slice(low, high) for low, high in pairwise([0, *cuts, len(x)]) if high - low > 4]
+    rough = [roughness(t[part], x[part]) for part in stretches]
+    steps = np.concatenate([np.abs(np.diff(x[part])) for part in stretches] or [np.zeros(1)])
+    speed = steps / np.concatenate([np.diff(t[part]) for part in stretches] or [np.ones(1)])
+    noise = usual_noise(np.concatenate(rough)) if rough else 0.0
+    return Scale(resolution(x), noise, _rarely_exceeded(speed), _rarely_exceeded(steps))
+
+
+def _rarely_exceeded(values: Array) -> float:
+    """The value that one in a thousand exceeds, and that the five largest do."""
+    return float(np.quantile(values, 1.0 - min(max(_RARE, 5.0 / len(values)), 0.5)))
 
 
 def resolution(x: Array) -> Array:

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.log.roughness import Array, resolution, roughness, usual_noise
+from chebid.log.roughness import Array, Scale, scale_of
 
-_RARE = 1e-3  # share of the steps that may be faster than "the fastest motion"
 _COUNTS = 3.5  # encoder counts that a jump exceeds
 _NOISE = 10.0  # deviations of noise that a jump exceeds
 _MOMENT = 50  # samples of an excursion, unless it is flat
@@ -31,13 +30,17 @@ class Jumps:
     excursions: tuple[tuple[int, int], ...]
 
 
-def find_jumps(t: Array, x: Array, faster: float) -> Jumps:
-    """The jumps of `x` (N,) at stamps `t` (N,): steps `faster` times as fast as its fastest motion."""
+def find_jumps(t: Array, x: Array, faster: float, scale: Scale | None = None) -> Jumps:
+    """The jumps of `x` (N,) at stamps `t` (N,): steps `faster` times as fast as its fastest motion.
+
+    `scale` is that of the whole column when `x` is a part of it.
+    """
     if len(x) < 2 * _END:
         return Jumps((), ())
+    scale = scale or scale_of(t, x)
     speed = np.diff(x) / np.diff(t)
-    limit = faster * _fastest(np.abs(speed))
-    least = np.maximum(_COUNTS * resolution(x)[1:], _NOISE * usual_noise(roughness(t, x)))
+    limit = faster * scale.fastest
+    least = np.maximum(_COUNTS * scale.fine[1:], _NOISE * scale.noise)
     fast = (np.abs(speed) > limit) & (np.abs(np.diff(x)) > least)
     places = [int(place) + 1 for place in np.flatnonzero(fast) if not _has_company(speed, fast, int(place))]
     cuts, excursions, done = [], [], 0
@@ -51,11 +54,6 @@ def find_jumps(t: Array, x: Array, faster: float) -> Jumps:
         else:
             cuts.append(place)
     return Jumps(tuple(cut for cut in cuts if not any(a <= cut <= b for a, b in excursions)), tuple(excursions))
-
-
-def _fastest(speed: Array) -> float:
-    """The speed that one step in a thousand exceeds, and that the five fastest do."""
-    return float(np.quantile(speed, 1.0 - min(max(_RARE, 5.0 / len(speed)), 0.5)))
 
 
 def _has_company(speed: Array, fast: NDArray[np.bool_], place: int) -> bool:

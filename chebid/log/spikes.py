@@ -9,7 +9,7 @@ sample lies more than about three misfits off, whatever the rate. Only what leav
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.log.roughness import Array, local_noise, resolution, roughness, usual_noise
+from chebid.log.roughness import Array, Scale, local_noise, roughness, scale_of
 
 _SIDE = 8  # neighbours on either side
 _TERMS = 4  # of the cubic
@@ -20,27 +20,30 @@ _QUANTA = 0.35  # least noise in quanta: counting gives 0.29, and steps
 _BATCH = 50_000
 
 
-def find_spikes(t: Array, x: Array, limit: float, least: float = 0.0) -> NDArray[np.bool_]:
-    """Which samples of `x` (N,) at stamps `t` (N,) are spikes: off by `limit` deviations, and by `least` at least."""
+def find_spikes(t: Array, x: Array, limit: float, least: float = 0.0, scale: Scale | None = None) -> NDArray[np.bool_]:
+    """Which samples of `x` (N,) at stamps `t` (N,) are spikes: off by `limit` deviations, and by `least` at least.
+
+    `scale` is that of the whole column when `x` is a part of it.
+    """
+    scale = scale or scale_of(t, x)
     spikes = np.zeros(len(x), dtype=bool)
     for _ in range(3):  # a spike hides its neighbours until it is taken out
         rest = np.flatnonzero(~spikes)
-        found = _one_pass(t[rest], x[rest], limit, least)
+        found = _one_pass(t[rest], x[rest], limit, least, scale.at(rest))
         spikes[rest[found]] = True
         if not found.any() or spikes.mean() > 0.1:
             break
     return spikes
 
 
-def _one_pass(t: Array, x: Array, limit: float, least: float) -> NDArray[np.bool_]:
+def _one_pass(t: Array, x: Array, limit: float, least: float, scale: Scale) -> NDArray[np.bool_]:
     found = np.zeros(len(x), dtype=bool)
     if len(x) < 2 * _SIDE + len(_LONGER):
         return found
     r = roughness(t, x)
-    fine = resolution(x)
-    noise = np.maximum(local_noise(r), 0.5 * usual_noise(r))
-    floor = np.maximum(noise, _QUANTA * fine)
-    suspect = np.flatnonzero((r > _SUSPECT * limit * noise) & (r > fine))
+    noise = np.maximum(local_noise(r), 0.5 * scale.noise)
+    floor = np.maximum(noise, _QUANTA * scale.fine)
+    suspect = np.flatnonzero((r > _SUSPECT * limit * noise) & (r > scale.fine))
     beside = np.union1d(suspect, suspect + 1)  # the roughest sample may be the one before a run
     for length in range(1, len(_LONGER) + 1):
         places = suspect if length == 1 else beside

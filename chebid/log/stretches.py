@@ -6,7 +6,7 @@ told once per column.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from chebid.log.findings import Findings, several
 from chebid.log.held import Held, find_held, stale_before
+from chebid.log.roughness import Scale, scale_of
 from chebid.log.seams import find_jumps, unwrap
 from chebid.log.spikes import find_spikes
 
@@ -51,15 +52,26 @@ class Column:
         value = self.x[place] if value is None else value
         self.findings.note(kind, message, column=self.name, row=self.rows[place], row_end=row_end, value=value)
 
+    def scale(self, cuts: Sequence[int]) -> Scale:
+        """What is usual in this column between `cuts`; the values at missing samples mean nothing."""
+        places = np.flatnonzero(np.isfinite(self.x))
+        known = scale_of(self.t[places], self.x[places], sorted(set(np.searchsorted(places, cuts).tolist())))
+        fine = np.zeros_like(self.x)
+        fine[places] = known.fine
+        return replace(known, fine=fine)
+
 
 def check_column(column: Column, cuts: Sequence[int], manner: Manner, periods: Sequence[float] = ()) -> list[int]:
     """Clean one column between `cuts`; the places of further cuts are returned."""
     stretches = list(pairwise([0, *cuts, len(column.x)]))
+    if np.count_nonzero(np.isfinite(column.x)) < SHORTEST:
+        return []
     _undo_turns(column, stretches, periods)
+    scale = column.scale(cuts)
     if manner is POSITION:
-        _leave_out_held(column, stretches)
-    _leave_out_spikes(column, stretches, manner)
-    return _cut_jumps(column, stretches, manner) if math.isfinite(manner.jump) else []
+        _leave_out_held(column, stretches, scale)
+    _leave_out_spikes(column, stretches, manner, scale)
+    return _cut_jumps(column, stretches, manner, scale) if math.isfinite(manner.jump) else []
 
 
 def _present(column: Column, low: int, high: int) -> NDArray[np.intp]:
@@ -80,13 +92,13 @@ def _undo_turns(column: Column, stretches: Sequence[tuple[int, int]], periods: S
             column.x[places] = values
 
 
-def _leave_out_held(column: Column, stretches: Sequence[tuple[int, int]]) -> None:
+def _leave_out_held(column: Column, stretches: Sequence[tuple[int, int]], scale: Scale) -> None:
     notable: tuple[int, Held] | None = None
     for low, high in stretches:
         places = _present(column, low, high)
         if len(places) < SHORTEST:
             continue
-        held = find_held(column.t[places], column.x[places])
+        held = find_held(column.t[places], column.x[places], scale.at(places))
         if held.notable and notable is None:
             notable = (int(places[held.example]), held)
         for first, end in held.frozen:
@@ -115,17 +127,17 @@ def _tell_held(column: Column, place: int, held: Held) -> None:
     column.note("held", message, place)
 
 
-def _cut_jumps(column: Column, stretches: Sequence[tuple[int, int]], manner: Manner) -> list[int]:
+def _cut_jumps(column: Column, stretches: Sequence[tuple[int, int]], manner: Manner, scale: Scale) -> list[int]:
     seams: list[int] = []
     for low, high in stretches:
         places = _present(column, low, high)
         if len(places) < SHORTEST:
             continue
-        jumps = find_jumps(column.t[places], column.x[places], manner.jump)
+        jumps = find_jumps(column.t[places], column.x[places], manner.jump, scale.at(places))
         for cut in jumps.cuts:
             _tell_seam(column, int(places[cut - 1]), int(places[cut]))
             seams.append(int(places[cut]))
-            _leave_out_frozen(column, places[stale_before(column.x[places], cut) : cut])
+            _leave_out_frozen(column, places[stale_before(column.x[places], cut, scale.longest) : cut])
         for first, end in jumps.excursions:
             message = f"{end - first} samples away from the curve, and back: left out"
             column.note("spike", message, int(places[first]), int(places[end - 1]) + 1)
@@ -133,13 +145,14 @@ def _cut_jumps(column: Column, stretches: Sequence[tuple[int, int]], manner: Man
     return seams
 
 
-def _leave_out_spikes(column: Column, stretches: Sequence[tuple[int, int]], manner: Manner) -> None:
+def _leave_out_spikes(column: Column, stretches: Sequence[tuple[int, int]], manner: Manner, scale: Scale) -> None:
     least = manner.share * float(np.nanmax(column.x) - np.nanmin(column.x)) if np.isfinite(column.x).any() else 0.0
     found: list[int] = []
     for low, high in stretches:
         places = _present(column, low, high)
         if len(places) >= SHORTEST:
-            found += places[find_spikes(column.t[places], column.x[places], manner.spike, least)].tolist()
+            spikes = find_spikes(column.t[places], column.x[places], manner.spike, least, scale.at(places))
+            found += places[spikes].tolist()
     if found:
         rows = several([int(row) for row in column.rows[found]])
         count = f"{len(found)} samples lie" if len(found) > 1 else "lies"
