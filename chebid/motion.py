@@ -79,11 +79,11 @@ def make_track(
     """
     projections = project_record(log, record, plans or setting)
     at = record.t - delay if delay else record.t
-    derivatives = [np.column_stack([p.at(at, order) for p in projections]) for order in (0, 1, 2)]
+    q, dq, ddq = (np.column_stack([p.at(at, order) for p in projections]) for order in (0, 1, 2))
     cut = trim if trim is not None else max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections)
     inside = (at >= record.t[0] + cut) & (at <= record.t[-1] - cut)
     known = np.isfinite(record.tau).all(axis=1) if record.tau is not None else True
-    return Track(log, record, projections, Motion(at, *derivatives), inside & known, record.tau)
+    return Track(log, record, projections, Motion(at, q, dq, ddq), inside & known, record.tau)
 
 
 def project_record(log: Log, record: Record, how: Setting | tuple[Used, ...]) -> tuple[Projection, ...]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
-from chebid.effects import Motion
 from chebid.equations.functions import moving_functions
 from chebid.equations.gate import moving
 from chebid.equations.rows import JointNoise, Rows, merge
@@ -93,10 +92,7 @@ def project_columns(track: Track, gate: Array, band: float, columns: Array) -> A
 
 
 class _Chunk:
-    """[W Y] at the samples (N, J, P + 1) of a track, made a chunk at a time and never whole.
-
-    Chunks are long, because an effect with a memory (presliding) begins anew in each.
-    """
+    """[W Y] at the samples (N, J, P + 1) of a track, made a chunk at a time and never whole."""
 
     def __init__(self, track: Track, dynamics: Dynamics) -> None:
         self._track, self._dynamics = track, dynamics
@@ -107,14 +103,9 @@ class _Chunk:
         if piece.stop > self._start + len(self._values):
             self._start = piece.start
             ahead = slice(piece.start, max(piece.stop, piece.start + _CHUNK))
-            regressor = self._dynamics.regressor(_cut(self._track.motion, ahead))
+            regressor = self._dynamics.regressor(self._track.motion.cut(ahead))
             self._values = np.concatenate([regressor, self._track.torque[ahead][:, :, None]], axis=2)
         return self._values[piece.start - self._start : piece.stop - self._start]
-
-
-def _cut(motion: Motion, piece: slice) -> Motion:
-    tau = None if motion.tau is None else motion.tau[piece]
-    return Motion(motion.t[piece], motion.q[piece], motion.dq[piece], motion.ddq[piece], tau)
 
 
 def _collect(parts: list[tuple[int, list[Array]]], band: float, grams: Array, samples: Array) -> Rows:
