@@ -226,7 +226,8 @@ def test_twice_is_refused_and_two_of_a_kind_are_not():
     st.dictionaries(
         st.sampled_from(["vs", "k", "delta", "source", "t0", "formula", "hyper", "unit", "symbol", "x"]),
         st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False)
-        | st.text(max_size=8) | st.lists(st.integers(), max_size=2) | st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+        | st.text(max_size=8) | st.lists(st.integers(), max_size=2)
+        | st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
         max_size=4,
     ),
     st.sampled_from([*LIBRARY, "mine", "x y"]),
