@@ -10,7 +10,7 @@ Kinds of notices, by what comes of them:
 - the row or the record is left out: `missing_time`, `time_outlier`, `repeated_row`, `repeated_time`, `truncated`,
   `short_record`;
 - the sample becomes NaN: `missing`, `ragged`, `spike`, `frozen`;
-- the values are changed: `wrapped` (continuous again), `time_unit` (seconds), `time_rounded` (even, if a rate is given);
+- the values are changed: `wrapped` (continuous again), `time_unit` (seconds), `time_rounded` (even at a given rate);
 - nothing is changed: `uneven`, `lost_samples`, `held`, `constant`, `saturation`, `degrees`, `swapped`, `duplicate`,
   `left_out` (a column of which nobody asked for), `seams` (more of the first group, after twenty).
 """

@@ -21,6 +21,7 @@ _SLOW = 0.2  # share of repeats from which the sensor is called slower than the 
 _SOME = 0.05  # share of repeats worth a word
 _STEPS = 6  # different steps after repeats that a slow sensor makes; a coarse count makes one or two
 _BESIDE = 0.3  # share of repeats beside a frozen stretch, above which the values merely count in large steps
+_MANY = 100_000  # samples from which noise is told
 _ENOUGH = 50  # moving samples from which a share means something
 
 
@@ -54,8 +55,10 @@ def find_held(t: Array, x: Array, scale: Scale | None = None) -> Held:
     """
     if len(x) < 4 * _REACH:
         return Held()
-    least = _least_pace(t, x, scale or scale_of(t, x))
     first, end = _runs(np.diff(x) == 0)
+    if len(first) == 0:
+        return Held()
+    least = _least_pace(t, x, scale or scale_of(t, x))
     held = _is_held(x, first, end, least)
     first, end = first[held], end[held]
     if len(first) == 0:
@@ -104,7 +107,7 @@ def stale_before(x: Array, cut: int, longest: float) -> int:
 
 def _least_pace(t: Array, x: Array, scale: Scale) -> Array:
     """Change per sample (N,) from which a moving joint cannot repeat a value."""
-    new = np.flatnonzero(np.diff(x, prepend=np.inf) != 0)  # repeats would pass for noise
+    new = np.flatnonzero(np.diff(x, prepend=np.inf) != 0)[:_MANY]  # repeats would pass for noise
     noise = usual_noise(roughness(t[new], x[new])) if len(new) > 4 else 0.0
     return np.maximum(_COUNTS * np.maximum(scale.fine, noise), _PACE * scale.longest)
 

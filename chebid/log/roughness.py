@@ -65,7 +65,7 @@ def local_noise(r: Array) -> Array:
 
 def usual_noise(r: Array) -> float:
     """The noise where there is any: by the median of the roughness that is not zero."""
-    some = r[:: max(len(r) // 100_000, 1)]
+    some = _sample(r)
     some = some[some > 0]
     return float(np.median(some)) * _NORMAL / WHITE if len(some) else 0.0
 
@@ -88,10 +88,11 @@ def quantum(x: Array, fine: float = 0.0) -> float:
     step = step[step > 1e-9 * np.ptp(x)]
     if len(step) == 0:
         return 0.0
-    for least in (float(step.min()), float(np.partition(step, len(step) // 100)[len(step) // 100])):
-        few = step[step < 50.5 * least] / least
+    some = _sample(step)
+    for least in (float(step.min()), float(np.partition(some, len(some) // 100)[len(some) // 100])):
+        few = some[some < 50.5 * least] / least
         near = min(0.05, _EXACT + 2.0 * fine / least)
-        if len(few) > 0.02 * len(step) and np.mean(np.abs(few - np.rint(few)) < near) > 0.95:
+        if len(few) > 0.02 * len(some) and np.mean(np.abs(few - np.rint(few)) < near) > 0.95:
             return least
     return 0.0
 
@@ -126,7 +127,13 @@ def scale_of(t: Array, x: Array, cuts: Sequence[int] = ()) -> Scale:
 
 def _rarely_exceeded(values: Array) -> float:
     """The value that one in a thousand exceeds, and that the five largest do."""
-    return float(np.quantile(values, 1.0 - min(max(_RARE, 5.0 / len(values)), 0.5)))
+    some = _sample(values)
+    return float(np.quantile(some, 1.0 - min(max(_RARE, 5.0 / len(some)), 0.5)))
+
+
+def _sample(values: Array) -> Array:
+    """Every so many values, enough for a quantile."""
+    return values[:: max(len(values) // 100_000, 1)]
 
 
 def resolution(x: Array) -> Array:

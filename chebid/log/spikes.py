@@ -13,7 +13,7 @@ from chebid.log.roughness import Array, Scale, local_noise, roughness, scale_of
 
 _SIDE = 8  # neighbours on either side
 _TERMS = 4  # of the cubic
-_SUSPECT = 0.75  # of the limit, from which roughness makes a sample a suspect
+_SUSPECT = (0.75, 0.7, 1.1, 1.8)  # of the limit, from which roughness makes a sample a suspect, or the one before it
 _END = 4.0  # near an end the cubic extrapolates: so much more is asked for
 _LONGER = (1.0, 1.5, 2.5, 4.0)  # a real motion can look like a run of several samples: so much more again
 _QUANTA = 0.35  # least noise in quanta: counting gives 0.29, and steps
@@ -43,10 +43,11 @@ def _one_pass(t: Array, x: Array, limit: float, least: float, scale: Scale) -> N
     r = roughness(t, x)
     noise = np.maximum(local_noise(r), 0.5 * scale.noise)
     floor = np.maximum(noise, _QUANTA * scale.fine)
-    suspect = np.flatnonzero((r > _SUSPECT * limit * noise) & (r > scale.fine))
-    beside = np.union1d(suspect, suspect + 1)  # the roughest sample may be the one before a run
+    rough = np.where(r > scale.fine, r / np.maximum(limit * noise, 1e-300), 0.0)
     for length in range(1, len(_LONGER) + 1):
-        places = suspect if length == 1 else beside
+        places = np.flatnonzero(rough > _SUSPECT[length - 1])
+        if length > 1:
+            places = np.union1d(places, places + 1)  # the roughest sample may be the one before a run
         places = places[(places > 0) & (places + length < len(x))]  # at the very ends: left to the jumps
         for batch in np.array_split(places, len(places) // _BATCH + 1):
             for start in batch[_stands_out(t, x, floor, batch, length, limit, least)]:
