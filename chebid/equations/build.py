@@ -15,9 +15,9 @@ from chebid.equations.gate import moving
 from chebid.equations.rows import JointNoise, Rows, merge
 from chebid.errors import NoAnswerError
 from chebid.motion import Track
+from chebid.projection.quality import TOLERATED_SHARE
 
-_FLAT = 0.6  # of the bandwidth of q: up to there its accelerations are right to 1 %
-_BEYOND = 2.0  # of it, where q is passed whole: friction has something to say above the band of the motion
+_FLAT = 0.6  # of the bandwidth of a joint that is not passed whole: up to there its accelerations are right to 1 %
 _CHUNK = 32768  # samples whose regressor is held at a time
 _ENERGY = 0.999  # of the model's torque lies inside the band that is chosen
 
@@ -32,7 +32,13 @@ class Band:
 
 def widest_band(tracks: list[Track]) -> float:
     """Hz up to which the regressors of all tracks can be trusted."""
-    return min(min((_BEYOND if track.whole else _FLAT) * track.bandwidth, 0.4 * track.rate) for track in tracks)
+    return min(min(_trusted(track), 0.4 * track.rate) for track in tracks)
+
+
+def _trusted(track: Track) -> float:
+    """Where every joint is passed whole, the bandwidth of the fastest: the others have nothing to say up there."""
+    losing = [p.plan.bandwidth for p in track.projections if p.energy_left_out > TOLERATED_SHARE]
+    return _FLAT * min(losing) if losing else max(p.plan.bandwidth for p in track.projections)
 
 
 def choose_band(tracks: list[Track], dynamics: Dynamics, theta: Array) -> Band:
@@ -41,7 +47,7 @@ def choose_band(tracks: list[Track], dynamics: Dynamics, theta: Array) -> Band:
     found = max(_energy_band(track, dynamics, theta) for track in tracks)
     if found < most:
         return Band(found, f"holds {100 * _ENERGY:.1f} % of the energy of the model's torque")
-    return Band(most, f"{most / min(track.bandwidth for track in tracks):.2g} of the bandwidth of the positions")
+    return Band(most, "all that the projections of the positions pass")
 
 
 def _energy_band(track: Track, dynamics: Dynamics, theta: Array) -> float:

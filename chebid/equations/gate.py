@@ -3,23 +3,32 @@
 import numpy as np
 
 from chebid.basis import Array
+from chebid.errors import NoAnswerError
 from chebid.motion import Mask, Track
 
 _SHARE = 0.02  # of the joint's fast speed (95th percentile): below it, stick and presliding rule
+_SELDOM = 99.5  # percentile of the speed that a joint reaches which moves at all
 _NOISE = 4.0  # times the noise of the velocity: below it, its sign is not known
 
 
 def choose_gate(tracks: list[Track]) -> Array:
-    """A gate (J,) in rad/s or m/s from the data: the larger of `_SHARE` of the fast speed and `_NOISE` sd of
-    velocity.
+    """A gate (J,) in rad/s or m/s from the data: the larger of `_SHARE` of the fast speed and `_NOISE` sd of velocity.
+
+    Raises NoAnswerError for a joint that does not move beyond its noise.
     """
-    joints = tracks[0].motion.dq.shape[1]
-    out = np.zeros(joints)
-    for j in range(joints):
+    out = np.zeros(len(tracks[0].log.names))
+    for j, name in enumerate(tracks[0].log.names):
         speeds = np.concatenate([np.abs(track.motion.dq[track.valid, j]) for track in tracks])
-        fast = float(np.percentile(speeds, 95)) if speeds.size else 0.0
-        noise = max(_velocity_noise(track, j) for track in tracks)
-        out[j] = min(max(_SHARE * fast, _NOISE * noise), fast)
+        if not speeds.size:
+            raise NoAnswerError("nothing is left between the trimmed ends", hint="record longer, or lower the trim")
+        fast, fastest = np.percentile(speeds, [95.0, _SELDOM])
+        noise = _NOISE * max(_velocity_noise(track, j) for track in tracks)
+        if fastest <= noise:
+            raise NoAnswerError(
+                f"joint {name} does not move: its speed is at most {fastest:.2g}, its noise {noise / _NOISE:.2g}",
+                hint="record a motion of this joint, or set processing: velocity_gate",
+            )
+        out[j] = max(_SHARE * fast, noise)
     return out
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
-from chebid.equations import Rows, repeat_floor
+from chebid.equations import Rows, neighbour_floor, repeat_floor
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import JointResidual
 from chebid.motion import Track
@@ -13,34 +13,33 @@ from chebid.motion import Track
 def judge(problem: Problem, rows: Rows, theta: Array) -> dict[str, JointResidual]:
     """One `JointResidual` per joint for theta (P,) on the rows of a problem."""
     raw = relative_raw(problem.tracks, problem.dynamics, theta)
-    repeats = repeat_floor(problem.tracks, problem.dynamics, theta, problem.gate, float(rows.frequency.max()))
+    kind, floor = noise_floor(problem, theta, float(rows.frequency.max()))
     residual = rows.Y - rows.W @ theta
     return {
-        name: _joint(rows, residual, theta, j, float(raw[j]), None if repeats is None else float(repeats[j]))
+        name: _joint(rows, residual, j, float(raw[j]), None if floor is None else float(floor[j]), kind)
         for j, name in enumerate(problem.dynamics.joints)
     }
 
 
-def _joint(rows: Rows, residual: Array, theta: Array, joint: int, raw: float, repeats: float | None) -> JointResidual:
+def noise_floor(problem: Problem, theta: Array, band: float) -> tuple[str, Array | None]:
+    """What noise alone would leave (J,) within the band, and how that is known: from repeats of the motion where there
+    are any, which assumes nothing, else from the octave above the band.
+    """
+    given = problem.tracks, problem.dynamics, theta, problem.gate, band
+    repeats = repeat_floor(*given)
+    return ("repeats", repeats) if repeats is not None else ("out-of-band", neighbour_floor(*given))
+
+
+def _joint(rows: Rows, residual: Array, joint: int, raw: float, floor: float | None, kind: str) -> JointResidual:
     mine = rows.joint == joint
     norm, measured = float(np.linalg.norm(residual[mine])), float(np.linalg.norm(rows.Y[mine]))
     return JointResidual(
         rms=norm * rows.rms_scale(joint),
         relative=norm / measured if measured > 0 else 0.0,
         relative_raw=raw,
-        floor=repeats if repeats is not None else _floor(rows, norm**2 * rows.repeat, theta, joint),
-        floor_kind="out-of-band" if repeats is None else "repeats",
+        floor=floor,
+        floor_kind=kind,
     )
-
-
-def _floor(rows: Rows, inside: float, theta: Array, joint: int) -> float | None:
-    """Rms in the band of noise as strong as that found outside it; None when the rows fill all of the spectrum."""
-    noise = rows.noise[joint]
-    freedom = noise.samples - noise.equations
-    outside = noise.energy(theta) - inside
-    if freedom < 10 or outside <= 0:
-        return None
-    return float(np.sqrt(outside / freedom * noise.equations / noise.samples))
 
 
 def overall(rows: Rows, theta: Array) -> float:
