@@ -14,6 +14,7 @@ from chebid.projection import Plan, Projection, Setting, project
 from chebid.projection.quality import TOLERATED_SHARE
 
 Mask = NDArray[np.bool_]
+_MOST_CUT = 0.2  # of a record at each end, when the trim is automatic
 
 
 @dataclass(frozen=True)
@@ -75,15 +76,23 @@ def make_track(
 ) -> Track:
     """Project every joint of a record. `plans` of an earlier fit replace the choice; `delay` s by which torque lags.
 
-    `trim` s is cut at each end; None: the end effect of the accelerations, at least one period of the bandwidth.
+    `trim` s is cut at each end; None: the end effect of the accelerations, at least one period of the bandwidth, at
+    most a fifth of the record.
     """
     projections = project_record(log, record, plans or setting)
     at = record.t - delay if delay else record.t
     q, dq, ddq = (np.column_stack([p.at(at, order) for p in projections]) for order in (0, 1, 2))
-    cut = trim if trim is not None else max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections)
+    cut = trim if trim is not None else _end(projections, record.duration)
     inside = (at >= record.t[0] + cut) & (at <= record.t[-1] - cut)
     known = np.isfinite(record.tau).all(axis=1) if record.tau is not None else True
     return Track(log, record, projections, Motion(at, q, dq, ddq), inside & known, record.tau)
+
+
+def _end(projections: tuple[Projection, ...], duration: float) -> float:
+    """Seconds at each end where accelerations cannot be trusted: of all joints, but never the better part of a record
+    (a joint that rests has next to no bandwidth, and no accelerations either).
+    """
+    return min(max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections), _MOST_CUT * duration)
 
 
 def project_record(log: Log, record: Record, how: Setting | tuple[Used, ...]) -> tuple[Projection, ...]:
