@@ -27,7 +27,13 @@ def fitted_model(model: Model, estimate: Estimate, out: Path | None = None) -> M
     covariance = Covariance(parameters=tuple(values), matrix=tuple(map(tuple, estimate.covariance.tolist())))
     record = {key: value for key, value in estimate.record.items() if value is not None}
     fit = FitSection.model_validate(
-        {"method": estimate.method, "parameters": values, "covariance": covariance, "record": _plain(record)}
+        {
+            "method": estimate.method,
+            "parameters": values,
+            "hyperparameters": _plain(make_dynamics(model).hyperparameters()),
+            "covariance": covariance,
+            "record": _plain(record),
+        }
     )
     return model.with_fit(fit)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import chebid
 from chebid.basis import Array
-from chebid.dynamics import Dynamics, make_dynamics
+from chebid.dynamics import Dynamics, make_dynamics, settle
 from chebid.equations import Rows, choose_band, choose_gate, measured_rows
 from chebid.equations.build import Band, widest_band
 from chebid.errors import Notice
@@ -35,7 +35,15 @@ class Problem:
 
     @cached_property
     def dynamics(self) -> Dynamics:
-        return make_dynamics(self.model)
+        """The model's dynamics; where effects are made of its own torque, that torque is first found on these logs."""
+        made = make_dynamics(self.model)
+        if not made.needs_model or self.used is not None:
+            return made
+        return settle(made, self._fitted)
+
+    def _fitted(self, dynamics: Dynamics) -> Array:
+        rows = measured_rows(self.tracks, dynamics, self.gate, widest_band(self.tracks))
+        return np.asarray(np.linalg.lstsq(rows.W, rows.Y)[0])
 
     @cached_property
     def setting(self) -> Setting:
@@ -89,7 +97,7 @@ class Problem:
 
     @property
     def notices(self) -> list[Notice]:
-        found = [notice for log in self.logs for notice in log.notices]
+        found = [notice for log in self.logs for notice in log.notices] + list(self.dynamics.notices)
         for track in self.tracks:
             found += [n for p in track.projections for n in p.notices() if n.kind != "ends"]
         return found
