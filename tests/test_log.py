@@ -135,7 +135,7 @@ def test_a_gain_is_a_number_one_per_joint_or_a_matrix():
     np.testing.assert_array_equal(gain_matrix((2.0, 3.0), 2, 2, "g"), np.diag([2.0, 3.0]))
     np.testing.assert_array_equal(gain_matrix(((1.0, 2.0, 3.0),), 1, 3, "g"), [[1.0, 2.0, 3.0]])
     for gain, joints, columns in (((1.0, 2.0), 3, 3), (1.0, 2, 3), (((1.0,),), 2, 1)):
-        with pytest.raises(InputError, match="does not fit"):
+        with pytest.raises(InputError, match="does not fit|names 3 columns for 2 joints"):
             gain_matrix(gain, joints, columns, "position_gain")
 
 
@@ -168,6 +168,14 @@ def test_lost_samples_are_no_gap(tmp_path):
     assert len(log.records) == 1
     assert [(notice.kind, notice.place.row) for notice in log.notices] == [("lost_samples", 402)]
     assert "3 samples were lost" in log.notices[0].message
+
+
+def test_a_lost_sample_is_not_taken_for_a_rounded_clock(tmp_path):
+    t = np.delete(np.arange(N + 1) / 1000, 700)  # stamps and steps of one millisecond
+    log = read(tmp_path, {**clean(), "t": t})
+    assert [(notice.kind, notice.place.row) for notice in log.notices] == [("lost_samples", 702)]
+    rounded = np.round(np.arange(N) / 800, 3)  # steps of one and two milliseconds
+    assert kinds(read(tmp_path, {**clean(), "t": rounded})) == ["time_rounded"]
 
 
 def test_single_precision_and_printed_stamps_are_even():

@@ -14,33 +14,40 @@ from chebid.formats.table import Table, TextCells
 
 def read(path: Path, shown: str) -> Table:
     """Every column of numbers; null is missing. Columns of text are kept in name, to say so when they are asked for."""
-    with pq.ParquetFile(path) as file:
-        check_size(file.metadata.num_rows * file.metadata.num_columns * 8, shown)
-        data = file.read()
     arrays: dict[str, NDArray[np.float64]] = {}
     text: dict[str, TextCells] = {}
-    for name, column in zip(data.column_names, data.columns, strict=True):
-        if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-            arrays[name] = np.full(len(column), np.nan)
-            text[name] = TextCells(len(column), 1, str(column[0]) if len(column) else "")
-        else:
-            values = _numbers(column)
-            if values is not None and not name.startswith("__index_level_"):
-                arrays[name] = values
+    with pq.ParquetFile(path) as file:
+        count = file.metadata.num_rows
+        check_size(count * file.metadata.num_columns * 8, shown)
+        for field in file.schema_arrow:
+            if pa.types.is_string(field.type) or pa.types.is_large_string(field.type):
+                arrays[field.name] = np.full(count, np.nan)
+                text[field.name] = TextCells(count, 1, _first(file, field.name))
+            elif _is_numeric(field.type) and not field.name.startswith("__index_level_"):
+                arrays[field.name] = _numbers(file.read(columns=[field.name]).column(0))
     return Table(path, shown, "parquet", arrays, text=text)
 
 
-def _numbers(column: pa.ChunkedArray) -> NDArray[np.float64] | None:
-    """The column as float64, None when it is of another kind."""
+def _first(file: pq.ParquetFile, name: str) -> str:
+    batch = next(file.iter_batches(batch_size=1, columns=[name]), None)
+    return str(batch.column(0)[0]) if batch is not None and batch.num_rows else ""
+
+
+def _is_numeric(kind: pa.DataType) -> bool:
+    types = pa.types
+    tests = (types.is_floating, types.is_integer, types.is_decimal, types.is_timestamp, types.is_duration)
+    return any(test(kind) for test in tests)
+
+
+def _numbers(column: pa.ChunkedArray) -> NDArray[np.float64]:
+    """The column as float64; stamps of the calendar as seconds from the first."""
     kind = column.type
-    if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
-        ticks = column.cast(pa.int64())
-        first = next((tick.as_py() for tick in ticks if tick.is_valid), 0)
-        values = pa.compute.subtract(ticks, first).cast(pa.float64(), safe=False)
-        return _numpy(values) / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-    if pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
+    if not (pa.types.is_timestamp(kind) or pa.types.is_duration(kind)):
         return _numpy(column.cast(pa.float64(), safe=False))
-    return None
+    ticks = column.cast(pa.int64())
+    first = next((tick.as_py() for tick in ticks if tick.is_valid), 0)
+    values = pa.compute.subtract(ticks, first).cast(pa.float64(), safe=False)
+    return _numpy(values) / {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
 
 
 def _numpy(column: pa.ChunkedArray) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ _BACK = 0.02  # share of steps back from which the column is no clock
 _BLOCKS = 0.2  # share of repeated stamps from which the clock is coarser than the sampling
 _FEW = 1e-3  # share of repeated stamps up to which each is a seam
 _SAME_RATE = 0.02
+_RARELY = 0.02  # share of longer steps that are lost samples rather than the rounding of the stamps
 _EVEN = 0.01  # spread of the steps, in steps, that is not worth a word
 
 
@@ -242,29 +243,41 @@ def _contradiction(found: float, rate: float, place: int, column: _Column) -> In
 def _judge_steps(clock: Clock, rate: float | None, column: _Column) -> Clock:
     """Say so when the steps differ; use a given rate in place of stamps that are rounded."""
     step, places = _steps(clock)
-    if len(step) == 0:
+    if len(step) == 0 or np.ptp(step) <= _EVEN * np.median(step):
         return clock
-    usual, least, most = float(np.median(step)), float(step.min()), float(step.max())
-    if most - least <= _EVEN * usual:
-        return clock
-    if most - least <= 1.01 * stamp_resolution(clock.t):
-        used = f"the given {rate:g} Hz are used" if rate else "give 'rate' in the log: section if the sampling is even"
-        message = (
-            f"stamps are rounded to {stamp_resolution(clock.t):g} s, steps are {least:.6g} or {most:.6g} s: {used}"
-        )
-        column.note("time_rounded", message, int(clock.keep[places[0]]), None)
+    lost = np.rint(step / np.median(step)).astype(np.int64) - 1 if _are_multiples(step) else np.zeros(len(step), int)
+    if 0 < np.count_nonzero(lost) <= _RARELY * len(step):
+        _tell_lost(clock, lost, places, column)
+    elif np.ptp(step) <= 1.01 * stamp_resolution(clock.t):
+        _tell_rounded(clock, step, rate, int(places[0]), column)
         return _evened(clock, rate) if rate else clock
-    longest = int(places[np.argmax(step)])
-    multiple = np.rint(step / usual)
-    if (np.abs(step / usual - multiple) <= _EVEN * multiple).all() and least > 0.5 * usual and (multiple > 1).any():
-        lost = np.flatnonzero(multiple > 1)
-        rows = several([int(row) for row in column.rows[clock.keep[places[lost]]]])
-        message = f"{int((multiple - 1).sum())} samples were lost, before {rows}: the stamps are used as they are"
-        column.note("lost_samples", message, int(clock.keep[places[lost[0]]]), clock.t[places[lost[0]]])
-        return clock
-    message = f"steps are uneven, {least:.4g} to {most:.4g} s, usually {usual:.4g} s: the stamps are used as they are"
-    column.note("uneven", message, int(clock.keep[longest]), clock.t[longest])
+    elif lost.any():
+        _tell_lost(clock, lost, places, column)
+    else:
+        longest = int(places[np.argmax(step)])
+        span = f"{step.min():.4g} to {step.max():.4g} s, usually {np.median(step):.4g} s"
+        message = f"steps are uneven, {span}: the stamps are used as they are"
+        column.note("uneven", message, int(clock.keep[longest]), clock.t[longest])
     return clock
+
+
+def _are_multiples(step: Array) -> bool:
+    """Whether all steps are the usual one or whole multiples of it."""
+    ratio = step / np.median(step)
+    return bool((ratio > 0.5).all() and (np.abs(ratio - np.rint(ratio)) <= _EVEN * ratio).all())
+
+
+def _tell_lost(clock: Clock, lost: Places, places: Places, column: _Column) -> None:
+    after = clock.keep[places[lost > 0]]
+    rows = several([int(row) for row in column.rows[after]])
+    message = f"{int(lost.sum())} samples were lost, before {rows}: the stamps are used as they are"
+    column.note("lost_samples", message, int(after[0]), clock.t[places[lost > 0][0]])
+
+
+def _tell_rounded(clock: Clock, step: Array, rate: float | None, place: int, column: _Column) -> None:
+    used = f"the given {rate:g} Hz are used" if rate else "give 'rate' in the log: section if the sampling is even"
+    what = f"stamps are rounded to {stamp_resolution(clock.t):g} s, steps are {step.min():.6g} or {step.max():.6g} s"
+    column.note("time_rounded", f"{what}: {used}", int(clock.keep[place]), None)
 
 
 def _evened(clock: Clock, rate: float) -> Clock:

@@ -14,6 +14,13 @@ def gain_matrix(gain: Gain, joints: int, columns: int, key: str) -> NDArray[np.f
         return value
     if value.ndim < 2 and joints == columns and value.size in (1, joints):
         return np.diag(np.broadcast_to(value.reshape(-1), (joints,)).astype(np.float64))
+    if value.ndim < 2 and joints != columns:
+        role = key.removesuffix("_gain")
+        raise InputError(
+            f"names {columns} columns for {joints} joints",
+            hint=f"name one column per joint, or give '{key}' as a matrix with a row per joint",
+            place=Place(key=f"log: {role}"),
+        )
     raise InputError(
         f"does not fit {columns} columns for {joints} joints",
         hint="give one number, one per joint, or a matrix with a row per joint and an entry per column",

@@ -143,6 +143,8 @@ def _check(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains, finding
     logged.position[:] = channels.check_missing(logged.position, choice.position, rows, findings)
     channels.check_magnitude(logged.position, choice.position, gains.position, limit, rows, findings)
     channels.check_motion(logged.position, choice.position, rows, findings, needed=model)
+    if logged.reference is not None and choice.reference is not None:
+        logged.reference[:] = channels.check_missing(logged.reference, choice.reference, rows, findings)
     exchanged = _check_torque(logged, choice, gains, findings)
     if model and not exchanged:
         units = [choice.units[name] for name in choice.position]
