@@ -42,7 +42,7 @@ def period(track: Track) -> int | None:
 
 def repeat_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Array, band: float) -> Array | None:
     """Noise (J,) in N.m or N within the band, from every track that repeats; None when none does."""
-    energy, samples = np.zeros(len(dynamics.joints)), np.zeros(len(dynamics.joints))
+    energy, equations, samples = np.zeros((3, len(dynamics.joints)))
     for track in tracks:
         lag = period(track)
         if lag is None:
@@ -50,12 +50,23 @@ def repeat_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Ar
         used = moving(track, gate)
         both = used[lag:] & used[:-lag]
         residual = track.torque - dynamics.torque(track.motion, theta)
-        difference = residual[lag:] - residual[:-lag]
-        known = track.valid[lag:] & track.valid[:-lag]
-        for functions in moving_functions(track, both, known, band):
-            rows = functions.rows(difference[functions.piece][:, :, None])
-            energy += [np.sum(row**2) / 2 for row in rows]
+        difference = (residual[lag:] - residual[:-lag])[:, :, None]
+        for functions in moving_functions(track, both, track.valid[lag:] & track.valid[:-lag], band):
+            rows = functions.rows(difference[functions.piece])
+            energy += [float(np.sum(row**2)) / 2 for row in rows]
+            equations += [len(row) for row in rows]
         samples += both.sum(axis=0)
-    if np.any(samples < _SHORTEST):
+    if np.any(samples < _SHORTEST) or np.any(equations == 0):
         return None
-    return np.sqrt(energy / samples)
+    return np.asarray(np.sqrt(energy / equations * _equations_per_sample(tracks, gate, band)))
+
+
+def _equations_per_sample(tracks: list[Track], gate: Array, band: float) -> Array:
+    """(J,) of the rows of all tracks, which differences of a shorter time have fewer of."""
+    equations, samples = np.zeros((2, len(gate)))
+    for track in tracks:
+        used = moving(track, gate)
+        for functions in moving_functions(track, used, track.valid, band):
+            equations += [len(mix) for mix in functions.mix]
+        samples += used.sum(axis=0)
+    return np.asarray(equations / np.maximum(samples, 1))
