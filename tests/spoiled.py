@@ -438,6 +438,7 @@ def _of_the_whole() -> list[Spoiled]:
             column="q1",
             row=3,
         ),
+        Spoiled("too few columns", numbers(base), "names 1 columns for 2 joints", spec=LogSpec(position=("q1",))),
         Spoiled("gain of another size", numbers(base), "does not fit", spec=LogSpec(position_gain=(1.0, 2.0, 3.0))),
         Spoiled(
             "offset of another size", numbers(base), "3 numbers for 2", spec=LogSpec(position_offset=(1.0, 2.0, 3.0))

@@ -135,7 +135,7 @@ def test_a_gain_is_a_number_one_per_joint_or_a_matrix():
     np.testing.assert_array_equal(gain_matrix((2.0, 3.0), 2, 2, "g"), np.diag([2.0, 3.0]))
     np.testing.assert_array_equal(gain_matrix(((1.0, 2.0, 3.0),), 1, 3, "g"), [[1.0, 2.0, 3.0]])
     for gain, joints, columns in (((1.0, 2.0), 3, 3), (1.0, 2, 3), (((1.0,),), 2, 1)):
-        with pytest.raises(InputError, match="does not fit|names 3 columns for 2 joints"):
+        with pytest.raises(InputError, match=r"does not fit|names 3 columns for 2 joints"):
             gain_matrix(gain, joints, columns, "position_gain")
 
 
