@@ -1,0 +1,118 @@
+"""Candidates: every effect of the library on every joint, scored against chance.
+
+    score = gain / 2 - (m / 2) ln R - ln(settings tried) - threshold
+
+gain: drop of the whitened squared residual; m columns; R rows: half the Bayesian information criterion (Schwarz, Ann.
+Stat. 6, 1978). The threshold is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn
+on these very rows: a positive score is more than the luckiest of so many candidates.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+
+from chebid.basis import Array
+from chebid.critique.evidence import Evidence, Judged
+from chebid.effects import Effect, all_effects
+
+_CHANCE = 0.98
+_DRAWS = 200
+_REFINED = 10  # candidates whose hyper-parameters are refined between the values of the grid
+_EVALUATIONS = 40
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One effect on one joint, at its best setting. `settings`: how many were tried."""
+
+    judged: Judged
+    settings: int
+    score: float
+
+    @property
+    def effect(self) -> Effect:
+        return self.judged.effect
+
+    @property
+    def key(self) -> tuple[str, int | None]:
+        """Name and joint."""
+        return self.effect.name, self.effect.joint
+
+
+def rank(evidence: Evidence, seed: int = 0) -> list[Candidate]:
+    """All candidates that are not in the model, best first."""
+    families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence)]
+    families = [family for family in families if any(j.basis.shape[1] for j in family)]
+    threshold = _threshold(evidence, families, seed)
+    found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
+    refined = [_refine(evidence, candidate) for candidate in found[:_REFINED]]
+    return sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)
+
+
+def _families(evidence: Evidence) -> Iterator[list[Effect]]:
+    """Settings worth trying of every effect on every joint, without those that the model has."""
+    library, _ = all_effects()
+    joints = range(len(evidence.dynamics.joints))
+    present = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
+    for name, kind in library.items():
+        for joint in [None] if kind.whole_arm else joints:
+            if (name, joint) not in present:
+                settings = kind.candidates(evidence.trusted, joint, float(evidence.gate[joint or 0]))
+                if settings:
+                    yield list(settings)
+
+
+def _penalty(evidence: Evidence, judged: Judged, settings: int) -> float:
+    rows = len(evidence.rows.Y)
+    return judged.basis.shape[1] / 2 * np.log(rows) + np.log(settings)
+
+
+def _best(evidence: Evidence, family: list[Judged], threshold: float) -> Candidate:
+    best = max(family, key=lambda j: j.gain - 2 * _penalty(evidence, j, 1))
+    return Candidate(best, len(family), best.gain / 2 - _penalty(evidence, best, len(family)) - threshold)
+
+
+def _threshold(evidence: Evidence, families: list[list[Judged]], seed: int) -> float:
+    """Score (before threshold) that the best candidate exceeds on white noise in one of 1 / (1 - chance) draws."""
+    noise = np.random.default_rng(seed).standard_normal((len(evidence.rows.Y), _DRAWS))
+    best = np.zeros(_DRAWS)
+    for family in families:
+        for judged in family:
+            gain = np.sum((judged.basis.T @ noise) ** 2, axis=0)
+            best = np.maximum(best, gain / 2 - _penalty(evidence, judged, len(family)))
+    return float(np.quantile(best, _CHANCE))
+
+
+def _refine(evidence: Evidence, candidate: Candidate) -> Candidate:
+    """The candidate with its continuous hyper-parameters moved to where the gain is largest."""
+    effect = candidate.effect
+    bounds = type(effect).refinable(evidence.trusted, effect.joint, float(evidence.gate[effect.joint or 0]))
+    bounds = {name: limits for name, limits in bounds.items() if effect.hyper.get(name) is not None}
+    if not bounds:
+        return candidate
+    names, low, high = list(bounds), *np.array(list(bounds.values())).T
+    start = np.clip([effect.hyper[name] for name in names], low, high)
+    best = candidate.judged
+
+    def loss(unit: Array) -> float:
+        nonlocal best
+        values = np.clip(low + unit * (high - low), low, high)
+        moved: dict[str, Any] = dict(zip(names, map(float, values), strict=True))
+        judged = evidence.judge(replace(effect, **moved))
+        best = max(best, judged, key=lambda j: j.gain)
+        return -judged.gain
+
+    unit = (start - low) / (high - low)
+    simplex = np.vstack([unit, *(np.where(np.arange(len(unit)) == i, _away(unit), unit) for i in range(len(unit)))])
+    scipy.optimize.minimize(
+        loss, unit, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 1e-3}
+    )
+    return replace(candidate, judged=best, score=candidate.score + (best.gain - candidate.judged.gain) / 2)
+
+
+def _away(unit: Array) -> Array:
+    """A step of a twentieth of the range, inward."""
+    return np.where(unit > 0.5, unit - 0.05, unit + 0.05)

@@ -1,0 +1,185 @@
+"""What a fitted model leaves unexplained, as rows on which a new effect can be judged by one inner product.
+
+The equations are those of `poly` on a wider band: columns made of positions and velocities are known beyond the band of
+the accelerations. Rows are divided by the deviation of the noise at their joint and frequency, and made orthogonal to
+the columns of the model, so that the gain of a candidate is the squared length of the residual along its columns.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.dynamics import Dynamics
+from chebid.effects import Effect, Motion
+from chebid.equations import Rows, measured_rows, moving
+from chebid.equations.functions import Functions, moving_functions
+from chebid.estimators.problem import Problem
+from chebid.projection import Projection, from_bandwidth, project
+
+_WIDER = 3.0  # times the band of the equations
+_AT_LEAST = 20.0  # Hz
+_NYQUIST = 0.4  # of the rate
+_BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
+_EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
+_HALF = 0.5  # of the bandwidth of q
+_SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A candidate: `basis` (R, m) orthonormal whitened rows of its columns, `gain` = drop of the squared residual."""
+
+    effect: Effect
+    basis: Array
+    gain: float
+
+
+class Evidence:
+    """Whitened rows of a problem: the model's columns, the residual, and the means to add columns."""
+
+    def __init__(self, problem: Problem, dynamics: Dynamics | None = None, deviation: Array | None = None) -> None:
+        self.problem = problem
+        self.dynamics = dynamics or problem.dynamics
+        self.tracks = problem.tracks
+        self.gate = problem.gate
+        rate = min(track.rate for track in self.tracks)
+        self.band = min(max(_WIDER * problem.band.frequency, _AT_LEAST), _NYQUIST * rate)
+        self.rows: Rows = measured_rows(self.tracks, self.dynamics, self.gate, self.band)
+        self._deviation = deviation
+
+    @cached_property
+    def functions(self) -> list[list[Functions]]:
+        """The test functions of every track."""
+        used = [moving(track, self.gate) for track in self.tracks]
+        return [
+            list(moving_functions(track, mask, track.valid, self.band))
+            for track, mask in zip(self.tracks, used, strict=True)
+        ]
+
+    @cached_property
+    def deviation(self) -> Array:
+        """Deviation (R,) of the noise of each row."""
+        if self._deviation is not None:
+            return self._deviation
+        return noise_profile(self.rows, self.rows.Y - self.rows.W @ self._start)
+
+    @cached_property
+    def _start(self) -> Array:
+        weight = 1 / np.array([np.std(self.rows.Y[self.rows.joint == j]) + 1e-300 for j in range(self.rows.joints)])
+        scale = weight[self.rows.joint]
+        return np.asarray(np.linalg.lstsq(self.rows.W * scale[:, None], self.rows.Y * scale)[0])
+
+    @cached_property
+    def model(self) -> Array:
+        """Orthonormal basis (R, P + J) of the whitened columns of the model and of the edge of the projection."""
+        W = np.hstack([self.rows.W / self.deviation[:, None], self._edge])
+        W = W[:, np.linalg.norm(W, axis=0) > 0]
+        q, r = np.linalg.qr(W / np.linalg.norm(W, axis=0))
+        kept = np.abs(np.diag(r)) > 1e-10
+        return q[:, kept]
+
+    @cached_property
+    def _edge(self) -> Array:
+        """Whitened rows (R, J): torque of the accelerations near the edge of each joint's bandwidth.
+
+        What a projection takes off there looks like a flexible joint; with these columns in the model it does not count.
+        """
+        columns = []
+        for track, motion in zip(self.tracks, self.motions, strict=True):
+            sharp = np.column_stack([_below(p, motion.t) for p in track.projections])
+            joints = np.arange(sharp.shape[1])
+            edges = [np.where(joints == j, motion.ddq - sharp, 0.0) for j in joints]
+            columns.append(np.stack([self._inertial(motion, edge) for edge in edges], axis=2))
+        return self.project(columns)
+
+    def _inertial(self, motion: Motion, ddq: Array) -> Array:
+        """Torque (N, J) of accelerations (N, J) beside those of the motion."""
+        more = Motion(motion.t, motion.q, motion.dq, motion.ddq + ddq)
+        theta = self.dynamics.rigid(self.theta)
+        robot = self.dynamics.robot
+        difference = robot.regressor(more.q, more.dq, more.ddq) - robot.regressor(motion.q, motion.dq, motion.ddq)
+        return np.asarray(difference @ theta)
+
+    @cached_property
+    def residual(self) -> Array:
+        """Whitened residual (R,)."""
+        y = self.rows.Y / self.deviation
+        return y - self.model @ (self.model.T @ y)
+
+    @cached_property
+    def theta(self) -> Array:
+        """Parameters (P,) of the model on these rows."""
+        scale = 1 / self.deviation
+        return np.asarray(np.linalg.lstsq(self.rows.W * scale[:, None], self.rows.Y * scale)[0])
+
+    @cached_property
+    def motions(self) -> list[Motion]:
+        """The motion of every track, with the model's own torque in it."""
+        return [self.dynamics.prepare(track.motion, self.theta) for track in self.tracks]
+
+    @cached_property
+    def trusted(self) -> Motion:
+        """All samples that are used on some joint, for the ranges of hyper-parameters."""
+        parts = []
+        for track, motion in zip(self.tracks, self.motions, strict=True):
+            used = np.flatnonzero(np.any(moving(track, self.gate), axis=1))
+            tau = motion.tau if motion.tau is not None else self.dynamics.torque(motion, self.theta)
+            parts.append([x[used] for x in (motion.t, motion.q, motion.dq, motion.ddq, tau)])
+        return Motion(
+            *(np.concatenate(columns) for columns in zip(*parts, strict=True)), self.dynamics.rigid(self.theta)
+        )
+
+    def project(self, columns: Sequence[Array]) -> Array:
+        """Whitened rows (R, K) of columns (N, J, K) given for every track."""
+        return np.concatenate(self._project_each(columns)) / self.deviation[:, None]
+
+    def _project_each(self, columns: Sequence[Array]) -> list[Array]:
+        out = []
+        for fs, x in zip(self.functions, columns, strict=True):
+            made = [f.rows(x[f.piece]) for f in fs]
+            out.append(np.concatenate([part[j] for j in range(self.rows.joints) for part in made]))
+        return out
+
+    def beside(self, rows: Array) -> Array:
+        """Orthonormal basis (R, m) of what whitened rows (R, K) have beside the model's columns."""
+        length = np.linalg.norm(rows, axis=0)
+        rows = rows[:, length > 0] / length[length > 0]
+        left = rows - self.model @ (self.model.T @ rows)
+        if left.shape[1] == 0:
+            return left
+        u, singular, _ = np.linalg.svd(left, full_matrices=False)
+        return u[:, singular > _SEEN]
+
+    def judge(self, effect: Effect) -> Judged:
+        """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.
+
+        (Above, what the projection takes off the accelerations has the same signature as an elastic joint.)
+        """
+        rows = self.project([self.dynamics.block(effect, motion) for motion in self.motions])
+        if not effect.linear:
+            rows = np.where((self.rows.frequency <= _HALF * self.problem.bandwidth)[:, None], rows, 0.0)
+        basis = self.beside(rows)
+        return Judged(effect, basis, float(np.sum((basis.T @ self.residual) ** 2)))
+
+
+def _below(projection: Projection, t: Array) -> Array:
+    """Acceleration (N,) of the same signal projected on 0.7 of the bandwidth."""
+    plan = from_bandwidth(projection.t, _EDGE * projection.plan.bandwidth, "smooth")
+    return project(projection.t, projection.x, plan, projection.name).at(t, 2)
+
+
+def noise_profile(rows: Rows, residual: Array, taken: float = 0.0) -> Array:
+    """Deviation (R,) of the noise of each row, from a residual (R,): by joint and band of frequency, smoothed."""
+    out = np.empty(len(residual))
+    for j in range(rows.joints):
+        mine = np.flatnonzero(rows.joint == j)
+        order = mine[np.argsort(rows.frequency[mine], kind="stable")]
+        parts = np.array_split(order, min(_BANDS, max(1, len(order) // 24)))
+        # the median of squares: a few rows with a missing effect in them do not make the noise
+        level = np.sqrt([np.median(residual[part] ** 2) / 0.455 for part in parts])
+        centre = [float(np.mean(rows.frequency[part])) for part in parts]
+        out[mine] = np.interp(rows.frequency[mine], centre, np.maximum(level, 1e-9 * np.max(level) + 1e-300))
+    return out
