@@ -85,7 +85,7 @@ class Evidence:
     def _edge(self) -> Array:
         """Whitened rows (R, J): torque of the accelerations near the edge of each joint's bandwidth.
 
-        What a projection takes off there looks like a flexible joint; with these columns in the model it does not count.
+        What a projection takes off there looks like a flexible joint; with these columns in the model it cannot.
         """
         columns = []
         for track, motion in zip(self.tracks, self.motions, strict=True):
@@ -128,9 +128,8 @@ class Evidence:
             used = np.flatnonzero(np.any(moving(track, self.gate), axis=1))
             tau = motion.tau if motion.tau is not None else self.dynamics.torque(motion, self.theta)
             parts.append([x[used] for x in (motion.t, motion.q, motion.dq, motion.ddq, tau)])
-        return Motion(
-            *(np.concatenate(columns) for columns in zip(*parts, strict=True)), self.dynamics.rigid(self.theta)
-        )
+        t, q, dq, ddq, tau = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        return Motion(t, q, dq, ddq, tau, self.dynamics.rigid(self.theta))
 
     def project(self, columns: Sequence[Array]) -> Array:
         """Whitened rows (R, K) of columns (N, J, K) given for every track."""
