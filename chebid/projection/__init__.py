@@ -5,8 +5,20 @@
 
 from chebid.projection.choose import Setting, from_bandwidth, plan
 from chebid.projection.layout import Layout
-from chebid.projection.operator import FITS, Operator, Plan
+from chebid.projection.operator import Operator
+from chebid.projection.plan import FITS, Plan
 from chebid.projection.series import Series
 from chebid.projection.signal import Projection, project
 
-__all__ = ["FITS", "Layout", "Operator", "Plan", "Projection", "Series", "Setting", "from_bandwidth", "plan", "project"]
+__all__ = [
+    "FITS",
+    "Layout",
+    "Operator",
+    "Plan",
+    "Projection",
+    "Series",
+    "Setting",
+    "from_bandwidth",
+    "plan",
+    "project",
+]

@@ -1,27 +1,40 @@
 """Choosing the operator: from what the user set (degree, bandwidth, fit), or from the data when nothing is set.
 
-What is not set is chosen by generalised cross-validation (Golub, Heath, Wahba, Technometrics 21, 1979),
-    GCV = (RSS / N) / (1 - tr H / N)^2,
-over window lengths that halve from the whole record on, a few degrees, and the penalty (or the degree, without one).
+From the data: the most likely penalty (see `spectrum`). A first look by periodograms (`whittle`) tells how wide a band
+to resolve; restricted maximum likelihood (`likelihood`) on tiles that resolve it compares shapes near by, and says how
+wide the next look has to be, until that stays. Degree and windows follow from where the penalty lets nothing pass any
+more. The projections without a penalty are cut where it has half its gain: there signal and noise are equal.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from chebid.basis import Array
 from chebid.errors import NoAnswerError, UsageError
-from chebid.projection.modes import DegreeModes, PenaltyModes, degree_modes, penalty_modes
-from chebid.projection.operator import Operator, Plan, is_uniform, limit
+from chebid.projection.clock import is_uniform, rate_of
+from chebid.projection.layout import fewest_samples
+from chebid.projection.likelihood import Likely
+from chebid.projection.operator import Operator
+from chebid.projection.plan import Plan, limit
+from chebid.projection.sampled import Sampled
+from chebid.projection.whittle import SLOPES, first_look
 
-_DEGREES = (125, 88)  # of the windows tried; two, so that n / T comes in steps of sqrt(2)
-_FEWEST = 24  # samples in the shortest window
-_LONGEST = 16384  # samples in the longest window tried
-_EXCERPT = 65536  # samples of a long record that are looked at
-_CAUTION = 1.4  # on tr H in GCV, against undersmoothing by chance (Kim and Gu, J. R. Stat. Soc. B 66, 2004)
+_FEWEST = 24  # samples of a record from which anything can be chosen
+_DEGREE = 125  # of a tile
+_LOOKS = 4
+_NOTHING = 0.03  # gain of the penalty at which nothing passes any more
+_WIDER = 1.25  # times that frequency is what tiles resolve
+_SHARES = tuple(0.95 * 2 ** (-j / 4) for j in range(24))  # bands tried, as shares of the cut
+_NEAR = 2.1  # factor between the band of one look and those tried at the next
+_SINGLE = 320  # highest degree of one polynomial for the whole record
+_WINDOW = 160  # degree of a window
+_TWICE = 100_000  # uneven samples up to which the choice is made twice
+_LEAST = 12  # degree
+_LARGEST = 1 << 23  # samples times degree of a window: 64 MB
 _MARGIN = 1.25  # windows are planned for 1.25 times the bandwidth asked for: gain 1 up to it at every place
 _SHARP = 2.5  # n <= 2.5 sqrt(N) in a window of the unpenalised fits
+_THREE_DB = (np.sqrt(2) - 1) ** 0.125  # of 1 / (1 + (f / f0)^8)
 
 
 @dataclass(frozen=True)
@@ -42,7 +55,8 @@ def plan(t: Array, x: Array, setting: Setting) -> Plan:
     """
     if setting.degree is not None and setting.bandwidth is not None:
         raise UsageError(
-            "both a degree and a bandwidth are set", hint="set one of them: degree = pi * bandwidth * duration"
+            "both a degree and a bandwidth are set",
+            hint="set one of them: degree = pi * bandwidth * duration",
         )
     if setting.degree is not None:
         return _from_degree(t, x, setting.degree, setting)
@@ -51,9 +65,12 @@ def plan(t: Array, x: Array, setting: Setting) -> Plan:
     return _from_data(t, x, setting)
 
 
+# --- without data
+
+
 def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "chebyshev") -> Plan:
     """The plan that passes everything up to `bandwidth` Hz on a record at t (N,) s. Needs no data."""
-    span, rate = float(t[-1] - t[0]), (len(t) - 1) / float(t[-1] - t[0])
+    span, rate = float(t[-1] - t[0]), rate_of(t)
     if not 0 < bandwidth < rate / 2:
         raise UsageError(
             f"bandwidth {bandwidth:g} Hz is not between 0 and half the rate, {rate / 2:g} Hz",
@@ -63,9 +80,17 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
         return _smooth_plan(span, rate, bandwidth, basis)
     degree = max(1, round(np.pi * bandwidth * span))
     if degree <= 3 * np.sqrt(len(t)):
-        return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
-    window = (_SHARP / (_MARGIN * np.pi * bandwidth)) ** 2 * rate
-    window = 2 * span / (max(1, round(2 * span / window - 1)) + 1)
+        return Plan(
+            fit,
+            basis,
+            degree,
+            None,
+            np.inf,
+            degree / (np.pi * span),
+            f"degree = pi {bandwidth:g} Hz T",
+        )
+    longest = min((_SHARP / (_MARGIN * np.pi * bandwidth)) ** 2 * rate, _WINDOW / (_MARGIN * np.pi * bandwidth))
+    window = _fitting(span, max(longest, _FEWEST / rate))
     degree = int(min(_MARGIN * np.pi * bandwidth * window, limit(fit, int(window * rate))))
     reason = f"windows of {window:.3g} s, so that n <= {_SHARP} sqrt(N) at {bandwidth:g} Hz"
     return Plan(fit, basis, max(degree, 1), window, np.inf, bandwidth, reason)
@@ -74,14 +99,26 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
 def _smooth_plan(span: float, rate: float, bandwidth: float, basis: str) -> Plan:
     """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
     half_gain = bandwidth / _THREE_DB
-    window = min(span, _DEGREES[0] / (1.5 * np.pi * half_gain))
-    window = 2 * span / (max(1, round(2 * span / window - 1)) + 1)
+    window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
     degree = int(np.clip(1.5 * np.pi * half_gain * window, 12, limit("smooth", int(window * rate))))
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
-    return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)
+    return Plan(
+        "smooth",
+        basis,
+        degree,
+        window if window < span else None,
+        half_gain,
+        bandwidth,
+        reason,
+    )
 
 
-_THREE_DB = (np.sqrt(2) - 1) ** 0.125  # of 1 / (1 + (f / f0)^8)
+def _fitting(span: float, window: float) -> float:
+    """The length near `window` s of half-overlapping windows that fit a record of `span` s."""
+    return 2 * span / (max(1, round(2 * span / window - 1)) + 1)
+
+
+# --- from the data
 
 
 def _from_degree(t: Array, x: Array, degree: int, setting: Setting) -> Plan:
@@ -93,122 +130,70 @@ def _from_degree(t: Array, x: Array, degree: int, setting: Setting) -> Plan:
     if fit != "smooth":
         return given
     Operator(t, given)  # the guard on the degree
-    found = _Tiling(t, x, 1, degree, is_uniform(t)).best_penalty()
-    return Plan(fit, setting.basis, degree, None, found.penalty, found.bandwidth, "degree as set, penalty by GCV")
-
-
-@dataclass(frozen=True)
-class _Found:
-    score: float
-    tiles: int
-    degree: int
-    penalty: float
-    bandwidth: float
-    noise: float
-
-
-@dataclass(frozen=True)
-class _Tiling:
-    """The samples looked at, cut in equal tiles side by side: every tiling is judged on the same samples."""
-
-    t: Array  # (N,) s
-    x: Array  # (N,)
-    tiles: int
-    degree: int
-    uniform: bool
-
-    @property
-    def half(self) -> float:
-        """Half-length of a tile in s."""
-        return float(self.t[-1] - self.t[0]) / (2 * self.tiles)
-
-    @property
-    def rate(self) -> float:
-        return (len(self.t) - 1) / float(self.t[-1] - self.t[0])
-
-    @property
-    def cut(self) -> float:
-        """Frequency in Hz that the degree resolves in the middle of a tile."""
-        return self.degree / (2 * np.pi * self.half)
-
-    def pieces(self, kind: str) -> Iterator[tuple[PenaltyModes | DegreeModes, Array]]:
-        """Modes of each tile and its samples (N_w, K): all tiles at once where they share a grid."""
-        make = penalty_modes if kind == "smooth" else degree_modes
-        size = len(self.t) // self.tiles
-        if self.uniform:
-            grid = np.linspace(-1.0, 1.0, size)
-            yield make((grid - grid[::-1]) / 2, self.degree), self.x[: size * self.tiles].reshape(self.tiles, size).T
-            return
-        for k in range(self.tiles):
-            t = self.t[k * size : (k + 1) * size]
-            tau = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
-            yield make(tau, self.degree), self.x[k * size : (k + 1) * size, None]
-
-    def gcv(self, kind: str, parameters: Array) -> tuple[Array, Array]:
-        """GCV score and noise variance (P,) for every parameter: penalty weights in tau, or degrees."""
-        rss, trace, total = np.zeros(len(parameters)), np.zeros(len(parameters)), 0
-        for modes, x in self.pieces(kind):
-            z = modes.samples.T @ x
-            outside = np.sum((x - modes.samples @ z) ** 2)
-            transfer = np.array([modes.transfer(parameter) for parameter in parameters])
-            rss += outside + (1 - transfer) ** 2 @ np.sum(z**2, axis=1)
-            trace += transfer.sum(axis=1) * x.shape[1]
-            total += x.size
-        return rss / total / np.maximum(1 - _CAUTION * trace / total, 1e-9) ** 2, rss / (total - trace)
-
-    def best_penalty(self) -> _Found:
-        penalties = np.geomspace(max(self.cut / 40, 1 / self.half), min(8 * self.cut, 0.45 * self.rate), 60)
-        weights = np.array([Plan(penalty=p).weight(self.rate, self.half) for p in penalties])
-        score, noise = self.gcv("smooth", weights)
-        best = int(np.argmin(score))
-        bandwidth = float(min(_THREE_DB * penalties[best], self.cut))
-        return _Found(
-            score[best], self.tiles, self.degree, float(penalties[best]), bandwidth, float(np.sqrt(noise[best]))
-        )
-
-    def best_degree(self) -> _Found:
-        degrees = np.arange(2.0, self.degree + 1)
-        score, noise = self.gcv("lsq", degrees)
-        best = int(np.argmin(score))
-        cut = float(degrees[best] / (2 * np.pi * self.half))
-        return _Found(score[best], self.tiles, int(degrees[best]), np.inf, cut, float(np.sqrt(noise[best])))
-
-
-def _tilings(t: Array, x: Array, fit: str, uniform: bool) -> Iterator[_Tiling]:
-    """Tiles of T, T/2, T/4 ... with the degrees that fit them."""
-    tiles = 1
-    while tiles == 1 or len(t) // tiles >= _FEWEST:
-        size = len(t) // tiles
-        if size <= _LONGEST:
-            most = limit("smooth", size) if fit == "smooth" else int(_SHARP * np.sqrt(size))
-            wanted = _DEGREES if fit == "smooth" else (2 * _DEGREES[0],)
-            for degree in sorted({min(n, most, size - 2) for n in wanted}):
-                yield _Tiling(t, x, tiles, degree, uniform)
-        tiles *= 2
-
-
-def _excerpt(t: Array, x: Array, uniform: bool) -> tuple[Array, Array]:
-    """The livelier part of a long record: the choice needs no more than this, whatever the length."""
-    most = _EXCERPT if uniform else _EXCERPT // 4
-    if len(t) <= most:
-        return t, x
-    starts = np.arange(0, len(t) - most + 1, most // 2)
-    energy = [np.sum(np.diff(x[s : s + most : 16], n=2) ** 2) for s in starts]
-    start = starts[int(np.argmax(energy))]
-    return t[start : start + most], x[start : start + most]
+    shapes = [(2, 0.0)] if degree > _SINGLE else _shapes(1.0, np.inf)
+    return _penalised(given, Sampled.of(t, x).whole(degree).best(shapes), "degree as set, ")
 
 
 def _from_data(t: Array, x: Array, setting: Setting) -> Plan:
     if len(t) < _FEWEST:
         raise NoAnswerError(f"a record of {len(t)} samples is too short to choose a filter", hint="record at least 1 s")
-    fit = setting.fit or "smooth"
-    uniform = is_uniform(t)
-    part, signal = _excerpt(t, x, uniform)
-    tried = [
-        tiling.best_penalty() if fit == "smooth" else tiling.best_degree()
-        for tiling in _tilings(part, signal, fit, uniform)
-    ]
-    found = min(tried, key=lambda f: f.score)
-    window = None if found.tiles == 1 and len(part) == len(t) else float(part[-1] - part[0]) / found.tiles
-    reason = f"generalised cross-validation over {len(tried)} window lengths and degrees"
-    return Plan(fit, setting.basis, found.degree, window, found.penalty, found.bandwidth, reason)
+    found = _search(Sampled.of(t, x))
+    if not is_uniform(t) and len(t) <= _TWICE:
+        found = _search(_interpolated(t, x, _penalised(_resolving(t, found, setting.basis), found)))
+    if setting.fit in (None, "smooth"):
+        return _penalised(_resolving(t, found, setting.basis), found)
+    bandwidth = np.clip(found.half, _LEAST / (np.pi * float(t[-1] - t[0])), 0.2 * rate_of(t))
+    return from_bandwidth(t, float(bandwidth), setting.fit or "lsq", setting.basis)
+
+
+def _interpolated(t: Array, x: Array, first: Plan) -> Sampled:
+    """The signal between its uneven stamps: by a first plan, and straight lines through the noise that this leaves."""
+    operator, grid = Operator(t, first), np.linspace(t[0], t[-1], len(t))
+    series = operator.fit(x)
+    noise = x - operator.at_samples(series)[:, 0]
+    return Sampled.of(grid, series(grid)[:, 0] + np.interp(grid, t, noise))
+
+
+def _search(sampled: Sampled) -> Likely:
+    """The most likely penalty: every look gives the band of the next one."""
+    shape, half = first_look(sampled.segments(), sampled.rate)
+    found, seen = Likely(np.inf, shape, half), set[int]()
+    while len(seen) < _LOOKS:
+        rung = sampled.rung(_WIDER * found.spectrum.frequency(_NOTHING, found.half))
+        if rung in seen:
+            break
+        seen.add(rung)
+        tiles = sampled.tiles(rung, _DEGREE)
+        found = tiles.best(_shapes(found.spectrum.band / tiles.cut, _NEAR))
+    return found
+
+
+def _shapes(share: float, near: float) -> list[tuple[int, float]]:
+    """Shapes (slope, band as a share of the cut) about that band, and the two without one."""
+    around = [one for one in _SHARES if share / near < one < share * near]
+    return [(1, 0.0), (2, 0.0), *((slope, one) for slope in SLOPES for one in around)]
+
+
+def _resolving(t: Array, found: Likely, basis: str) -> Plan:
+    """One polynomial for the record, or windows, whose degree resolves all that the penalty lets pass."""
+    span, rate = float(t[-1] - t[0]), rate_of(t)
+    cut = min(1.1 * found.spectrum.frequency(_NOTHING, found.half), 0.55 * rate)
+    window = span
+    if np.pi * cut * span > _SINGLE or np.pi * cut * span * len(t) > _LARGEST:
+        window = min(_WINDOW / (np.pi * cut), np.sqrt(_LARGEST / (np.pi * cut * rate)))
+    while True:
+        degree = max(_LEAST, int(np.ceil(np.pi * cut * window)))
+        made = Plan("smooth", basis, degree, window if window < 0.75 * span else None, np.inf, cut)
+        most = limit("smooth", fewest_samples(t, made.window))
+        if degree <= most or made.window is None:
+            return replace(made, degree=min(degree, most))
+        window *= 1.5  # a gap in the record: windows must reach across
+
+
+def _penalised(plan: Plan, found: Likely, why: str = "") -> Plan:
+    """The plan with that penalty."""
+    shape = found.spectrum
+    bandwidth = min(shape.frequency(float(np.sqrt(0.5)), found.half), plan.bandwidth)
+    above = f" above {shape.band:.3g} Hz" if shape.band else ""
+    reason = f"{why}penalty of restricted maximum likelihood: accelerations fall with slope {shape.slope}{above}"
+    return replace(plan, penalty=found.half, bandwidth=bandwidth, slope=shape.slope, band=shape.band, reason=reason)

@@ -6,8 +6,10 @@ except at the two ends of the record.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chebid.basis import Array
 
@@ -37,9 +39,20 @@ class Layout:
 
     def ramps(self) -> tuple[Array, Array]:
         """Start and stop in s of the blends between neighbours; shape (W - 1,) each."""
+        return self._ramps
+
+    @cached_property
+    def _ramps(self) -> tuple[Array, Array]:
         left, right = self.start[1:], self.stop[:-1]
         middle, width = (left + right) / 2, _RAMP * (right - left)
         return middle - width / 2, middle + width / 2
+
+    def touched(self, t: Array) -> range:
+        """The windows that have weight at some of the sorted times `t` (N,)."""
+        if len(t) == 0:
+            return range(0)
+        begin, end = self.ramps()
+        return range(int(np.searchsorted(end, t[0])), int(np.searchsorted(begin, t[-1], "right")) + 1)
 
     def active(self, window: int, t: Array) -> slice:
         """Indices of the sorted times `t` (N,) at which the window has weight."""
@@ -66,13 +79,41 @@ def _step(u: Array) -> Array:
 
 
 def divide(t: Array, length: float) -> Layout:
-    """The record at times `t` (N,) in half-overlapping windows of about `length` s that fit it exactly."""
-    span = float(t[-1] - t[0])
-    count = max(1, round(2 * span / length - 1))
+    """The record at times `t` (N,) in half-overlapping windows of about `length` s that fit it exactly.
+
+    They begin every `hop` mean steps, so that on a uniform grid every window has the same local times.
+    """
+    steps = len(t) - 1
+    step = float(t[-1] - t[0]) / steps
+    hop, count = _hop(steps, length / step)
     if count == 1:
         return Layout(t[:1].copy(), t[-1:].copy())
-    step = span / (len(t) - 1)
-    width = np.ceil(2 * span / (count + 1) / step) * step
-    # whole sample steps, so that on a uniform grid every window has the same local times
-    start = t[0] + np.round(np.linspace(0, span - width, count) / step) * step
-    return Layout(start, start + width)
+    start = t[0] + step * hop * np.arange(count)
+    return Layout(start, start + step * (steps - hop * (count - 1)))
+
+
+def samples_in(t: Array, layout: Layout) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First sample (W,) of each window of the record at times `t` (N,), and one past its last."""
+    near = (t[-1] - t[0]) / max(len(t) - 1, 1) / 4
+    return np.searchsorted(t, layout.start - near), np.searchsorted(t, layout.stop + near)
+
+
+def fewest_samples(t: Array, window: float | None) -> int:
+    """Samples of the emptiest window of that length in s."""
+    if window is None:
+        return len(t)
+    first, last = samples_in(t, divide(t, window))
+    return int(np.min(last - first))
+
+
+def _hop(steps: int, width: float) -> tuple[int, int]:
+    """Steps from window to window, and number of windows: two hops and what is left of the record make a window.
+
+    Of all hops within a tenth of half the width, the one whose windows come nearest to it.
+    """
+    if 3 * width > 4 * steps:
+        return steps, 1
+    hops = np.arange(max(1, int(0.45 * width)), max(2, int(0.55 * width) + 1) + 1)
+    counts = np.maximum(steps // hops - 1, 1)
+    best = int(np.argmin(np.abs(steps - hops * (counts - 1) - width)))
+    return int(hops[best]), int(counts[best])

@@ -1,10 +1,9 @@
-"""The two least-squares fits as one thing: samples -> modes -> coefficients.
+"""Least squares on the samples of one window, with or without a penalty: samples -> coefficients.
 
-On the samples of one window both fits have an orthonormal basis U (N, m) in which they act mode by mode:
-    z = U^T x,   fitted samples = U (f z),   coefficients = G (g z)
-with a transfer f and a gain g per mode. `DegreeModes` (eq. 11): f = 1 up to degree n and 0 above. `PenaltyModes`:
-f = s^2 / (s^2 + weight), where the penalty is weight times the integral of the squared fourth derivative.
-Since U is orthonormal, residuals, generalised cross-validation and the noise of any derivative follow from z, f and g.
+`Frame`: the polynomials on the samples, P = Q R. Least squares (eq. 11) is R^-1 Q^T. With a penalty |y|^2 on
+x = null part + L y (see `spectrum`), the singular value decomposition of what R L adds to the null part gives modes,
+    z = U^T Q^T x,   fitted samples = Q U (f z),   coefficients = G (g z),   f = s^2 / (s^2 + weight),
+in which residual, degrees of freedom, likelihood and noise of any derivative are sums over f, g and z.
 """
 
 from dataclasses import dataclass
@@ -12,80 +11,75 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from chebid.basis import CHEBYSHEV, LEGENDRE, Array
+from chebid.basis import CHEBYSHEV, LEGENDRE, Array, Family
+from chebid.projection.fold import Fold
+from chebid.projection.spectrum import Spectrum
 
-PENALISED = 4  # order of the derivative in the penalty
-
-
-@dataclass(frozen=True)
-class DegreeModes:
-    """Least squares on Chebyshev polynomials (eq. 11), nested in the degree: mode i is the part that degree i adds."""
-
-    samples: Array  # U (N, n + 1)
-    synthesis: Array  # G (n + 1, n + 1): Chebyshev coefficients of the modes
-
-    family = CHEBYSHEV
-
-    def transfer(self, degree: float) -> Array:
-        """F (m,) of the fit of that degree."""
-        return (np.arange(self.samples.shape[1]) <= degree).astype(float)
-
-    gain = transfer
+_ROUNDING = 1e-12  # of the largest singular value: what is smaller has no digits
 
 
 @dataclass(frozen=True)
-class PenaltyModes:
-    """Penalised least squares: the Demmler-Reinsch basis of polynomials of degree n on the given samples."""
+class Frame:
+    """Polynomials of one fold on its samples: Q (H, k) orthonormal, R (k, n_b), k = min(H, n_b)."""
 
-    samples: Array  # U (N, n + 1); the first four modes are the cubics, which the penalty leaves alone
-    synthesis: Array  # G (n + 1, n + 1): Legendre coefficients of the modes
-    singular: Array  # s (n - 3,), of the penalised modes
+    fold: Fold
+    degree: int
+    samples: Array  # Q
+    triangle: Array  # R
 
-    family = LEGENDRE
+    def inverse(self) -> Array:
+        """R^-1 (n_b, n_b): coefficients of least squares from Q^T x; for n < N."""
+        return scipy.linalg.solve_triangular(self.triangle, np.eye(len(self.triangle)))
+
+    def modes(self, spectrum: Spectrum) -> "Modes":
+        """The modes of that penalty, `band` in cycles per window. The frame is one of Legendre polynomials."""
+        where = self.fold.degrees(self.degree)
+        free = len(range(min(spectrum.null, self.degree + 1))[where])
+        columns = spectrum.columns(self.degree)[where]
+        columns = columns[:, np.any(columns, axis=0)]
+        seen = self.triangle @ columns
+        u, singular, v = _decompose(seen[free:])
+        return Modes(self, free, u, singular, columns @ v.T, seen[:free] @ v.T)
+
+
+def _decompose(a: Array) -> tuple[Array, Array, Array]:
+    if a.size == 0:
+        return np.zeros((len(a), 0)), np.zeros(0), np.zeros((0, a.shape[1]))
+    u, singular, v = np.linalg.svd(a, full_matrices=False)
+    sound = singular > _ROUNDING * singular[0]
+    return u[:, sound], singular[sound], v[sound]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes of a penalised fit: the `free` first coordinates as they are, the others turned by U."""
+
+    frame: Frame
+    free: int
+    turn: Array  # U (k - free, K)
+    singular: Array  # s (K,)
+    shapes: Array  # Legendre coefficients L V (n_b, K)
+    shared: Array  # what they have of the free polynomials (free, K)
 
     def transfer(self, weight: float) -> Array:
-        """F (m,) under the penalty `weight`, in units of tau."""
-        square = self.singular**2
-        return np.concatenate([np.ones(PENALISED), square / (square + weight)])
+        """F (K,) of the penalised modes."""
+        return self.singular**2 / (self.singular**2 + weight)
 
-    def gain(self, weight: float) -> Array:
-        return np.concatenate([np.ones(PENALISED), self.singular / (self.singular**2 + weight)])
-
-
-def degree_modes(tau: Array, degree: int) -> DegreeModes:
-    """Modes of the least-squares fits of degree 0 .. `degree` on samples at `tau` (N,), N > degree."""
-    u, r = np.linalg.qr(CHEBYSHEV.values(tau, degree))
-    return DegreeModes(u, scipy.linalg.solve_triangular(r, np.eye(len(r))))
-
-
-def penalty_modes(tau: Array, degree: int) -> PenaltyModes:
-    """Modes of the penalised fits of degree n on samples at `tau` (N,), N > n >= 4.
-
-    A polynomial is a cubic plus the fourfold integral of y = sum_j y_j p_j, p_j orthonormal Legendre, so that the
-    penalty is |y|^2 exactly: nothing is differentiated, and the conditioning is that of integration.
-    """
-    parts = np.hstack([np.eye(degree + 1, PENALISED), _fourfold_integrals(degree)])
-    q, r = np.linalg.qr(LEGENDRE.values(tau, degree) @ parts)
-    u, singular, v = np.linalg.svd(r[PENALISED:, PENALISED:])
-    q[:, PENALISED:] = q[:, PENALISED:] @ u
-    # modes to coefficients of `parts`: the penalised ones by v, the cubic takes away what they have in common with it
-    solve = np.eye(degree + 1)
-    solve[PENALISED:, PENALISED:] = v.T
-    solve[:PENALISED, PENALISED:] = -r[:PENALISED, PENALISED:] @ v.T
-    solve[:PENALISED] = scipy.linalg.solve_triangular(r[:PENALISED, :PENALISED], solve[:PENALISED])
-    return PenaltyModes(q, parts @ solve, singular)
+    def coefficients(self, weight: float) -> Array:
+        """Matrix (n_b, k): Legendre coefficients of the fit from Q^T x."""
+        gain = (self.singular / (self.singular**2 + weight))[:, None] * self.turn.T
+        out = np.hstack([np.zeros((len(self.shapes), self.free)), self.shapes @ gain])
+        # the free polynomials take what is theirs and give up what the others have of them
+        rest = np.hstack([np.eye(self.free), -self.shared @ gain])
+        out[: self.free] += scipy.linalg.solve_triangular(self.frame.triangle[: self.free, : self.free], rest)
+        return out
 
 
-def _fourfold_integrals(degree: int) -> Array:
-    """Legendre coefficients (n + 1, n - 3) of a fourfold integral of the orthonormal p_0 .. p_{n-4}.
+def frame(tau: Array, degree: int, fold: Fold, family: Family = LEGENDRE) -> Frame:
+    """The polynomials of degree up to n on samples at tau (N,), orthonormalised."""
+    return Frame(fold, degree, *np.linalg.qr(fold.polynomials(family, tau, degree)))
 
-    From (2 j + 1) P_j = P'_{j+1} - P'_{j-1} (Abramowitz & Stegun 8.5.4); constants of integration are cubics, left out.
-    """
-    index = np.arange(degree + 1.0)
-    out = np.diag(np.sqrt((2 * index + 1) / 2))[:, : degree + 1 - PENALISED]
-    for _ in range(PENALISED):
-        scaled = out / (2 * index + 1)[:, None]
-        out = np.zeros_like(scaled)
-        out[1:] += scaled[:-1]
-        out[:-1] -= scaled[1:]
-    return out
+
+def degree_modes(tau: Array, degree: int) -> Frame:
+    """Orthonormal polynomials `samples` (N, n + 1) on samples at tau (N,), nested in the degree: N > n."""
+    return frame(tau, degree, Fold(), CHEBYSHEV)

@@ -27,7 +27,7 @@ class Series:
         """
         t = np.asarray(t, dtype=float)
         out = np.zeros((len(t), self.coefficients.shape[2]))
-        for window in range(self.layout.count):
+        for window in self.layout.touched(t):
             where = self.layout.active(window, t)
             tau = self.layout.tau(window, t[where])
             values = self.family.evaluate(tau, self.derivative(window, order))

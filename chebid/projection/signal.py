@@ -4,12 +4,22 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chebid.basis import Array
 from chebid.errors import NoAnswerError, Notice, Place
 from chebid.projection.choose import Setting, plan
-from chebid.projection.operator import Operator, Plan
-from chebid.projection.quality import TOLERATED_SHARE, end_length, energy_left_out, lag1_autocorrelation, noise_profile
+from chebid.projection.clock import rate_of
+from chebid.projection.operator import Operator
+from chebid.projection.plan import Plan
+from chebid.projection.quality import (
+    TOLERATED_SHARE,
+    end_length,
+    energy_left_out,
+    inside,
+    lag1_autocorrelation,
+    noise_floor,
+)
 from chebid.projection.series import Series
 
 
@@ -35,33 +45,41 @@ class Projection:
 
     @cached_property
     def residual(self) -> Array:
-        """Samples less projection (N,), where an end effect does not disturb it."""
+        """Samples less projection (N,)."""
         return self.x - self.at(self.t)
+
+    @cached_property
+    def _inside(self) -> slice:
+        """Samples where no end effect disturbs the positions."""
+        return inside(self.operator, 0)
 
     @cached_property
     def noise(self) -> float:
         """Standard deviation of the noise on the samples: residual over its degrees of freedom, inside the ends."""
-        inner = self.valid(0)
-        return float(np.sqrt(np.mean(self.residual[inner] ** 2) / (1 - self.operator.freedom)))
+        residual, freedom = self.residual[self._inside], min(self.operator.freedom, 1 - 1 / len(self.t))
+        scale = float(np.max(np.abs(residual))) or 1.0  # squares of very small units underflow
+        return scale * float(np.sqrt(np.mean((residual / scale) ** 2) / (1 - freedom)))
 
     @cached_property
     def lag1_autocorrelation(self) -> float:
-        return lag1_autocorrelation(self.residual[self.valid(0)])
+        return lag1_autocorrelation(self.residual[self._inside])
 
     @cached_property
     def energy_left_out(self) -> float:
         """Share of the acceleration's energy above the bandwidth, noise removed."""
-        inner = self.valid(0)
-        fitted = self.x[inner] - self.residual[inner]
-        return energy_left_out(self.t[inner], fitted, self.residual[inner], self.plan.bandwidth)
+        where = self._inside
+        parts = self.t[where], self.at(self.t, 2)[where], self.residual[where]
+        return energy_left_out(*parts, self.plan.bandwidth, noise_floor(self.x, rate_of(self.t)))
 
     def end_length(self, order: int = 2) -> float:
         """Seconds at each end where the noise of the derivative is beyond twice its median."""
         return end_length(self.operator, order)
 
-    def valid(self, order: int = 2) -> Array:
+    def valid(self, order: int = 2) -> NDArray[np.bool_]:
         """Which samples (N,) lie outside the ends."""
-        return _inside(noise_profile(self.operator, order))
+        out = np.zeros(len(self.t), dtype=bool)
+        out[inside(self.operator, order)] = True
+        return out
 
     def notices(self) -> list[Notice]:
         """Warnings that predict a bad identification (paper, introduction, on Pacheco and Steffen)."""
@@ -86,13 +104,6 @@ class Projection:
                 )
             )
         return out
-
-
-def _inside(profile: Array) -> Array:
-    index = np.flatnonzero(profile <= 2.0)
-    out = np.zeros(len(profile), dtype=bool)
-    out[index[0] : index[-1] + 1] = True
-    return out
 
 
 def project(t: Array, x: Array, setting: Setting | Plan, name: str = "x") -> Projection:

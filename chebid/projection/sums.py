@@ -61,7 +61,11 @@ def normal_blocks(tau: Array, x: Array, degree: int) -> Iterator[tuple[slice, Ar
         return
     z = circle(tau)
     sums = power_sums(z, np.ones((len(tau), 1)), 2 * degree).real[:, 0]
-    yield slice(None), _toeplitz_hankel(sums, degree + 1, 0), power_sums(z, x, degree).real
+    yield (
+        slice(None),
+        _toeplitz_hankel(sums, degree + 1, 0),
+        power_sums(z, x, degree).real,
+    )
 
 
 def _parity_blocks(tau: Array, x: Array, degree: int) -> Iterator[tuple[slice, Array, Array]]:
@@ -69,12 +73,19 @@ def _parity_blocks(tau: Array, x: Array, degree: int) -> Iterator[tuple[slice, A
     middle = len(tau) % 2
     z = circle(tau[: half + middle])
     once = np.full((len(z), 1), 2.0)
-    even, odd = x[: half + middle] + x[::-1][: half + middle], x[: half + middle] - x[::-1][: half + middle]
+    even, odd = (
+        x[: half + middle] + x[::-1][: half + middle],
+        x[: half + middle] - x[::-1][: half + middle],
+    )
     if middle:
         once[-1], even[-1] = 1.0, x[half]
     square = z * z
     sums = power_sums(square, once, degree).real[:, 0]
-    yield slice(0, None, 2), _toeplitz_hankel(sums, degree // 2 + 1, 0), power_sums(square, even, degree // 2).real
+    yield (
+        slice(0, None, 2),
+        _toeplitz_hankel(sums, degree // 2 + 1, 0),
+        power_sums(square, even, degree // 2).real,
+    )
     if degree:
         count = (degree + 1) // 2
         moments = power_sums(square, odd * z[:, None], count - 1).real
