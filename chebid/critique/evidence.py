@@ -17,12 +17,14 @@ from chebid.effects import Effect, Motion
 from chebid.equations import Rows, measured_rows, moving
 from chebid.equations.functions import Functions, moving_functions
 from chebid.estimators.problem import Problem
+from chebid.motion import Track, Used, make_track
 from chebid.projection import Projection, from_bandwidth, project
 
 _WIDER = 3.0  # times the band of the equations
 _AT_LEAST = 20.0  # Hz
 _NYQUIST = 0.4  # of the rate
 _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
+_OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
 _HALF = 0.5  # of the bandwidth of q
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
@@ -43,7 +45,7 @@ class Evidence:
     def __init__(self, problem: Problem, dynamics: Dynamics | None = None, deviation: Array | None = None) -> None:
         self.problem = problem
         self.dynamics = dynamics or problem.dynamics
-        self.tracks = problem.tracks
+        self.tracks = [_widened(track, problem) for track in problem.tracks]
         self.gate = problem.gate
         rate = min(track.rate for track in self.tracks)
         self.band = min(max(_WIDER * problem.band.frequency, _AT_LEAST), _NYQUIST * rate)
@@ -162,6 +164,21 @@ class Evidence:
             rows = np.where((self.rows.frequency <= _HALF * self.problem.bandwidth)[:, None], rows, 0.0)
         basis = self.beside(rows)
         return Judged(effect, basis, float(np.sum((basis.T @ self.residual) ** 2)))
+
+
+def _widened(track: Track, problem: Problem) -> Track:
+    """The track with its positions passed up to twice their bandwidth.
+
+    Cross-validation balances the noise of the positions against what it takes off them. Here the two are not alike: the
+    noise that comes in is random, and counts as noise; what is taken off follows the motion, and looks like an effect.
+    """
+    used = [
+        Used(from_bandwidth(p.t, min(_OPEN * p.plan.bandwidth, _NYQUIST * track.rate), "smooth"), track.record.duration)
+        for p in track.projections
+    ]
+    trim = problem.model.processing.trim
+    delay = problem.model.log.torque_delay
+    return make_track(track.log, track.record, problem.setting, plans=tuple(used), delay=delay, trim=trim)
 
 
 def _below(projection: Projection, t: Array) -> Array:
