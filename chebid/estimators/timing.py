@@ -30,8 +30,8 @@ def lag_notice(lag: Lag, problem: Problem) -> Notice | None:
     word = "lags" if lag.value > 0 else "leads"
     return Notice(
         "torque_lag",
-        f"the torque {word} the positions by {1e3 * abs(lag.value):.3g} ms (sd {1e3 * lag.sd:.1g} ms); unless the model "
-        f"lacks an effect, set log: torque_delay: {delay:.3g} in the model file",
+        f"the torque {word} the positions by {1e3 * abs(lag.value):.3g} ms (sd {1e3 * lag.sd:.1g} ms); "
+        f"unless the model lacks an effect, set log: torque_delay: {delay:.3g} in the model file",
         Place(file=str(problem.logs[0].path)),
     )
 

@@ -108,7 +108,7 @@ def _line(
     axes: Axes, t: Array, y: Array, label: str, colour: str, dash: object, width: float = 1.0, alpha: float = 1.0
 ) -> None:
     step = max(1, len(t) // _MOST)
-    axes.plot(t[::step], y[::step], label=label, color=colour, linestyle=dash, linewidth=width, alpha=alpha)  # type: ignore[arg-type]
+    axes.plot(t[::step], y[::step], label=label, color=colour, linestyle=dash, linewidth=width, alpha=alpha)
 
 
 def _join(parts: Sequence[Array | None]) -> Array:
