@@ -4,6 +4,8 @@ Rows whose residual is beyond k robust standard deviations of their joint count 
 2009; Huber, Robust Statistics, 1981). k = 1.345 keeps 95 % efficiency on Gaussian noise.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from chebid.basis import Array
@@ -13,8 +15,8 @@ from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import HuberSettings, method_settings
-from chebid.estimators.weighted import solve
-from chebid.estimators.wls import recipe, wls_rows
+from chebid.estimators.weighted import Solution, solve
+from chebid.estimators.wls import in_band, recipe, wls_rows
 
 _ROUNDS = 50
 
@@ -35,10 +37,28 @@ def huber(problem: Problem) -> Estimate:
     return assemble(
         problem,
         "huber",
-        found,
+        in_band(_corrected(found, rows, root), rows, filters, problem.tracks[0].rate),
         rows,
         {"huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))}, "wls": recipe(filters)},
     )
+
+
+def _corrected(found: Solution, rows: Rows, root: Array) -> Solution:
+    """The covariances of an M-estimator (Huber, 1981, section 7.6).
+
+    Its sensitivity is W^T psi' W, which rows beyond k have no part in, not that of the weighted rows: that is some 10 %
+    too small in the deviations on Gaussian noise. And its white covariance is made of psi^2.
+    """
+    scaled = rows.W / found.sigma[rows.joint][:, None]
+    psi = root**2 * (rows.Y - rows.W @ found.theta) / found.sigma[rows.joint]
+    inner = root > 1 - 1e-9
+    if np.linalg.matrix_rank(scaled[inner]) < scaled.shape[1]:
+        return found
+    bread = np.linalg.inv(scaled[inner].T @ scaled[inner])
+    turn = bread @ (scaled.T @ (scaled * root[:, None] ** 2))
+    freedom = len(psi) / max(len(psi) - scaled.shape[1], 1)
+    white = bread @ (scaled.T @ (scaled * psi[:, None] ** 2)) @ bread * freedom
+    return replace(found, covariance=turn @ found.covariance @ turn.T, white=white)
 
 
 def _weights(rows: Rows, residual: Array, k: float) -> Array:
