@@ -81,6 +81,7 @@ def estimate_document(estimate: Estimate, out: Path | None) -> dict[str, Any]:
         "torque_lag": None if estimate.lag is None else {"value": estimate.lag.value, "sd": estimate.lag.sd},
         "warnings": [str(notice) for notice in estimate.notices],
         "remarks": remarks(estimate),
+        **({"consistency": estimate.record["consistency"]} if "consistency" in estimate.record else {}),
         "record": estimate.record,
     }
 
@@ -106,6 +107,8 @@ def remarks(estimate: Estimate) -> list[str]:
             out.append(f"{p.name}: the data cannot tell it from zero ({value:.3g} +- {1.96 * sd:.2g} {p.unit}, 95 %)")
         elif share >= _UNCERTAIN:
             out.append(f"{p.name}: hardly identifiable on this motion (relative deviation {share:.0f} %)")
+    if "consistency" in estimate.record:
+        out.append(f"Durbin-Wu-Hausman: {estimate.record['consistency']['message']}")
     return out
 
 
