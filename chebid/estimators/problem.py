@@ -15,14 +15,15 @@ from chebid.errors import Notice
 from chebid.log import Log
 from chebid.model import Model, per_joint
 from chebid.motion import Track, Used, make_track, require_torque
-from chebid.projection import Plan, Setting
+from chebid.projection import Setting
 
 
 @dataclass(frozen=True)
 class Problem:
     """A model and the logs it is to be judged on. What the model file leaves open is chosen here, once.
 
-    `used`: plans, gate, trim and band of an earlier fit (`fit.record` of a model file), to judge other logs alike.
+    `used`: gate, trim and band of an earlier fit (`fit.record` of a model file), to judge other logs alike. How
+    positions are projected is chosen for every log anew: it depends on how fast that motion is.
     """
 
     model: Model
@@ -53,21 +54,13 @@ class Problem:
     @cached_property
     def tracks(self) -> list[Track]:
         """All records of all logs, projected."""
-        plans, trim = self._recorded_plans(), self.model.processing.trim
+        trim = self.model.processing.trim
         if trim is None and self.used:
             trim = self.used.get("trim")
         delay = self.model.log.torque_delay
         return [
-            make_track(log, record, self.setting, plans=plans, delay=delay, trim=trim)
-            for log in self.logs
-            for record in log.records
+            make_track(log, record, self.setting, delay=delay, trim=trim) for log in self.logs for record in log.records
         ]
-
-    def _recorded_plans(self) -> tuple[Used, ...] | None:
-        p = self.model.processing
-        if not self.used or (p.degree, p.bandwidth) != (None, None):
-            return None
-        return tuple(_plan_from(self.used["projection"][joint]) for joint in self.model.joints)
 
     @cached_property
     def gate(self) -> Array:
@@ -136,9 +129,3 @@ def _plan_to(used: Used) -> dict[str, Any]:
         "duration": used.duration,
         "reason": plan.reason,
     }
-
-
-def _plan_from(data: dict[str, Any]) -> Used:
-    penalty = np.inf if data["penalty"] is None else data["penalty"]
-    plan = Plan(data["fit"], "chebyshev", data["degree"], data["window"], penalty, data["bandwidth"], "as in the fit")
-    return Used(plan, data["duration"])
