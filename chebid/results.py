@@ -13,7 +13,8 @@ from chebid.estimators import Estimate, JointResidual, Problem, judge, overall
 from chebid.estimators.wls import wls_rows
 from chebid.log import Log, read_log
 from chebid.model import Covariance, FitSection, FittedValue, Model
-from chebid.motion import Track
+from chebid.motion import Track, make_track
+from chebid.projection import Setting
 
 _UNCERTAIN = 10.0  # percent: "not, or hardly, identifiable on this trajectory" (paper, section 3.3)
 
@@ -136,8 +137,10 @@ def fitted_problem(model: Model, log: Log) -> Problem:
 
 
 def predict_tracks(model: Model, log: Log, theta: Array) -> tuple[list[Track], list[Array]]:
-    """The tracks of a log and the model's torque (N, J) on each."""
-    tracks = fitted_problem(model, log).tracks
+    """The tracks of a log, which needs no torque, and the model's torque (N, J) on each."""
+    p, delay = model.processing, model.log.torque_delay
+    setting = Setting(fit=p.fit, degree=p.degree, bandwidth=p.bandwidth)
+    tracks = [make_track(log, record, setting, delay=delay) for record in log.records]
     dynamics = make_dynamics(model)
     return tracks, [dynamics.torque(track.motion, theta) for track in tracks]
 

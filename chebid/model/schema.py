@@ -194,8 +194,7 @@ class FitSection(Section):
     @property
     def treatment(self) -> dict[str, Any] | None:
         """How the fit's logs were treated, for others to be treated alike; None when the file does not say."""
-        complete = self.record.projection is not None and self.record.velocity_gate is not None
-        return self.record.model_dump() if complete else None
+        return self.record.model_dump() if self.record.velocity_gate is not None else None
 
 
 class Model(Section):
