@@ -7,9 +7,9 @@ import scipy.signal
 from matplotlib.figure import Figure
 
 from chebid.projection import Projection
+from chebid.report.lines import draw_line
 from chebid.report.style import COLOURS, FAINT, INK, new_figure, styled
 
-_MOST = 4000
 _NAMES = ("{}", "velocity of {}", "acceleration of {}", "jerk of {}")
 
 Projected = Sequence[tuple[int, Projection]]
@@ -31,8 +31,7 @@ def projection_figure(projected: Projected) -> Figure:
         left.set_ylim(bottom=left.get_ylim()[1] * 1e-6)
         left.axvline(p.plan.bandwidth, color=INK, linewidth=0.8, linestyle=":")
         left.set_ylabel(f"{p.name}: acceleration\nspectrum [s$^{{-2}}$/√Hz]")
-        step = max(1, len(p.t) // _MOST)
-        right.plot(p.t[::step], p.residual[::step], color=COLOURS[1], linestyle="-", linewidth=0.8)
+        draw_line(right, p.t, p.residual, color=COLOURS[1], linestyle="-", linewidth=0.8)
         right.set_ylabel("left out")
         right.ticklabel_format(axis="y", scilimits=(-2, 3))
     axes[0].legend(loc="lower left")
@@ -49,11 +48,10 @@ def derivative_figure(projected: Projected, order: int) -> Figure:
         len(projected), order + 1, width=3.0 * (order + 1), height=1.0 + 2.0 * len(projected), sharex="row"
     )
     for i, (_, p) in enumerate(projected):
-        step = max(1, len(p.t) // _MOST)
         cut = p.end_length(order)
         for k in range(order + 1):
             panel = axes[i * (order + 1) + k]
-            panel.plot(p.t[::step], p.at(p.t, k)[::step], color=COLOURS[0], linestyle="-", linewidth=1.0)
+            draw_line(panel, p.t, p.at(p.t, k), color=COLOURS[0], linestyle="-", linewidth=1.0)
             panel.axvspan(p.t[0], p.t[0] + cut, color=FAINT, alpha=0.25, linewidth=0)
             panel.axvspan(p.t[-1] - cut, p.t[-1], color=FAINT, alpha=0.25, linewidth=0)
             name = _NAMES[k].format(p.name) if k < len(_NAMES) else f"derivative {k} of {p.name}"

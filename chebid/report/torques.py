@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,10 +12,10 @@ from chebid.basis import Array
 from chebid.effects import Units
 from chebid.estimators import Problem
 from chebid.motion import Track
+from chebid.report.lines import draw_line
 from chebid.report.style import COLOURS, INK, MEASURED, new_figure, styled
 from chebid.results import Comparisons
 
-_MOST = 4000  # points of a line: more cannot be seen
 _GAP = np.nan  # between records, so that lines do not join them
 
 
@@ -52,22 +53,24 @@ def comparison_figure(results: Comparisons) -> Figure:
 def prediction_figure(
     tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None = None
 ) -> Figure:
-    """Two panels a joint: torques (N, J) of each model against the measured ones, and the residuals."""
-    figure, columns = _panels(tracks[0].motion.q.shape[1], 1)
+    """Per joint: torques (N, J) of each model against the measured ones, and the residuals where there are such."""
+    figure, columns = _panels(tracks[0].motion.q.shape[1], 1, _measured(tracks))
     _draw(columns[0], tracks, torques, rotary)
     _finish(figure, columns)
     return figure
 
 
-def _panels(joints: int, logs: int) -> tuple[Figure, list[list[Axes]]]:
+def _panels(joints: int, logs: int, measured: bool = True) -> tuple[Figure, list[list[Axes]]]:
+    """A column of panels for each log: per joint one of torques, and one of residuals where torque was measured."""
+    ratios = [2, 1] if measured else [2]
     figure, axes = new_figure(
-        2 * joints,
+        len(ratios) * joints,
         logs,
         width=2.0 + 5.0 * logs,
-        height=1.0 + 2.6 * joints,
+        height=1.0 + 2.6 * joints * sum(ratios) / 3,
         sharex="col",
         sharey="row",
-        height_ratios=[2, 1] * joints,
+        height_ratios=ratios * joints,
     )
     return figure, [axes[i::logs] for i in range(logs)]
 
@@ -76,22 +79,27 @@ def _draw(
     axes: Sequence[Axes], tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None
 ) -> None:
     t = _join([track.motion.t for track in tracks])
-    measured = _join([track.tau for track in tracks]) if all(track.tau is not None for track in tracks) else None
+    measured = _join([track.torque for track in tracks]) if _measured(tracks) else None
     for j, name in enumerate(tracks[0].log.names):
-        upper, lower = axes[2 * j], axes[2 * j + 1]
+        panels = axes[2 * j : 2 * j + 2] if measured is not None else axes[j : j + 1]
         if measured is not None:
-            _line(upper, t, measured[:, j], "measured", MEASURED, "-", 2.4, 0.5)
+            draw_line(panels[0], t, measured[:, j], label="measured", color=MEASURED, linewidth=2.4, alpha=0.5)
         for i, (model, parts) in enumerate(torques.items()):
-            colour = COLOURS[1 + i % (len(COLOURS) - 1)]
+            style: Any = {"color": COLOURS[1 + i % (len(COLOURS) - 1)], "linestyle": "-" if i == 0 else (0, (5, 2))}
             predicted = _join(parts)[:, j]
-            _line(upper, t, predicted, model, colour, "-" if i == 0 else (0, (5, 2)))
+            draw_line(panels[0], t, predicted, label=model, linewidth=1.0, **style)
             if measured is not None:
-                _line(lower, t, measured[:, j] - predicted, model, colour, "-" if i == 0 else (0, (5, 2)))
+                draw_line(panels[1], t, measured[:, j] - predicted, linewidth=1.0, **style)
         unit = Units(rotary[j] if rotary else True).torque
         what = "force" if unit == "N" else "torque"
-        upper.set_ylabel(f"{name}: {what} [{unit.replace('.', '·')}]")
-        lower.set_ylabel("residual")
-        lower.axhline(0, color=INK, linewidth=0.6)
+        panels[0].set_ylabel(f"{name}: {what} [{unit.replace('.', '·')}]")
+        if measured is not None:
+            panels[1].set_ylabel("residual")
+            panels[1].axhline(0, color=INK, linewidth=0.6)
+
+
+def _measured(tracks: Sequence[Track]) -> bool:
+    return all(track.tau is not None for track in tracks)
 
 
 def _finish(figure: Figure, columns: Sequence[Sequence[Axes]]) -> None:
@@ -104,15 +112,7 @@ def _finish(figure: Figure, columns: Sequence[Sequence[Axes]]) -> None:
     figure.align_ylabels()
 
 
-def _line(
-    axes: Axes, t: Array, y: Array, label: str, colour: str, dash: object, width: float = 1.0, alpha: float = 1.0
-) -> None:
-    step = max(1, len(t) // _MOST)
-    axes.plot(t[::step], y[::step], label=label, color=colour, linestyle=dash, linewidth=width, alpha=alpha)
-
-
-def _join(parts: Sequence[Array | None]) -> Array:
+def _join(parts: Sequence[Array]) -> Array:
     """Records one after the other, a gap between them."""
-    known = [part for part in parts if part is not None]
-    gap = np.full((1, *known[0].shape[1:]), _GAP)
-    return np.concatenate([piece for part in known for piece in (part, gap)][:-1])
+    gap = np.full((1, *parts[0].shape[1:]), _GAP)
+    return np.concatenate([piece for part in parts for piece in (part, gap)][:-1])
