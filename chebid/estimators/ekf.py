@@ -2,7 +2,8 @@
 
 State (q, dq, theta), theta constant; the measured torque drives the model, the measured positions correct it. The prior
 is the model file's fit, with `methods: ekf: prior:` as its relative standard deviation. The torque's noise, which
-drives the state, is that of the residual of `poly`; a joint below its velocity gate gets the whole of its friction as
+drives the state, is that of the rows of `poly`: what noise of the projected accelerations adds out of band is no
+torque; a joint below its velocity gate gets the whole of its friction as
 uncertainty, because nobody knows where it points.
 
 The filter passes over the logs several times, always from the same prior, each time linearised about the parameters
@@ -41,7 +42,6 @@ def ekf(problem: Problem) -> Estimate:
     prior = _prior(problem)
     spread = settings.prior * np.abs(prior)
     variance = np.where(spread > 0, spread, settings.prior * np.max(spread)) ** 2
-    noise = _torque_noise(problem, first.theta)
     if not dynamics.needs_model:
         dynamics = replace(dynamics, reference=None)
     about: Array | None = None
@@ -49,7 +49,7 @@ def ekf(problem: Problem) -> Estimate:
         mean, covariance = prior, np.diag(variance)
         innovations: list[Array] = []
         for track in problem.tracks:
-            filter_ = _Filter(dynamics, track, problem.gate, noise, about)
+            filter_ = _Filter(dynamics, track, problem.gate, first.sigma, about)
             mean, covariance = filter_.run(mean, covariance)
             innovations += filter_.innovations
         about = mean
@@ -78,11 +78,6 @@ def _prior(problem: Problem) -> Array:
             place=Place(file=str(problem.model.path), key="fit.parameters"),
         )
     return np.array([fit.parameters[name].value for name in names])
-
-
-def _torque_noise(problem: Problem, theta: Array) -> Array:
-    """Standard deviation (J,) of the torque per sample: all that the first fit leaves, in and out of band."""
-    return np.array([np.sqrt(n.energy(theta) / max(n.samples, 1)) for n in problem.rows.noise])
 
 
 def _inflation(innovations: Array) -> float:
