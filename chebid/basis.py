@@ -15,12 +15,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
 from chebid.errors import UsageError
 
 Array = NDArray[np.float64]
+_BLOCK = 2048  # points at which polynomials are held at a time: they stay in cache
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,13 @@ class Family:
         return out.T
 
     def evaluate(self, tau: Array, coefficients: Array) -> Array:
-        """sum_i c_i P_i(tau) for coefficients (n + 1, ...): shape (N, ...)."""
+        """sum_i c_i P_i(tau) for coefficients (n + 1, ...): shape (N, ...). Memory is that of the result."""
         flat = coefficients.reshape(len(coefficients), -1)
-        values = self.values(tau, len(coefficients) - 1) @ flat
-        return values.reshape(len(tau), *coefficients.shape[1:])
+        out = np.empty((len(tau), flat.shape[1]))
+        for start in range(0, len(tau), _BLOCK):
+            piece = slice(start, start + _BLOCK)
+            out[piece] = self.values(tau[piece], len(flat) - 1) @ flat
+        return out.reshape(len(tau), *coefficients.shape[1:])
 
     def derivative_matrix(self, degree: int) -> Array:
         """D of eq. 13, (n + 1, n + 1): the coefficients of x' are ``c @ D`` (eq. 27 for n even, eq. 28 for n odd)."""
@@ -121,6 +126,18 @@ def family(name: str) -> Family:
     if name not in FAMILIES:
         raise UsageError(f"unknown basis {name!r}", hint=f"choose one of: {', '.join(FAMILIES)}")
     return FAMILIES[name]
+
+
+def chebyshev_points(count: int) -> Array:
+    """The zeros (N,) of T_N, from the right."""
+    return np.cos((np.arange(count) + 0.5) * np.pi / count)
+
+
+def interpolate(values: Array) -> Array:
+    """Chebyshev coefficients (N, ...) of the polynomials that take `values` (N, ...) at `chebyshev_points`."""
+    coefficients: Array = scipy.fft.dct(values, axis=0) / len(values)
+    coefficients[0] /= 2
+    return coefficients
 
 
 @lru_cache(maxsize=8)

@@ -18,6 +18,7 @@ from chebid.projection.likelihood import Likely
 from chebid.projection.operator import Operator
 from chebid.projection.plan import Plan, limit
 from chebid.projection.sampled import Sampled
+from chebid.projection.threads import single
 from chebid.projection.whittle import SLOPES, first_look
 
 _FEWEST = 24  # samples of a record from which anything can be chosen
@@ -47,6 +48,7 @@ class Setting:
     bandwidth: float | None = None
 
 
+@single
 def plan(t: Array, x: Array, setting: Setting) -> Plan:
     """The plan for one signal x (N,) at t (N,) s.
 

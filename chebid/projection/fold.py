@@ -34,15 +34,18 @@ class Fold:
         out[..., half:] *= np.sqrt(0.5)
         return out
 
-    def polynomials(self, family: Family, tau: Array, degree: int) -> Array:
-        """Coordinates (H, n_b) of the polynomials that live here, at tau (N,)."""
+    def rows(self, samples: int) -> int:
+        """Number H of coordinates of N samples."""
+        return samples if self.parity is None else (samples + 1 - self.parity) // 2
+
+    def polynomials(self, family: Family, tau: Array, degree: int, rows: slice = slice(None)) -> Array:
+        """Coordinates (H, n_b) of the polynomials that live here, at tau (N,); or some rows of them."""
         if self.parity is None:
-            return family.values(tau, degree)
-        half, middle = divmod(len(tau), 2)
-        rows = half if self.parity else half + middle
-        out = family.values(tau[:rows], degree)[:, self.degrees(degree)] * np.sqrt(2)
-        if rows > half:
-            out[half] *= np.sqrt(0.5)
+            return family.values(tau[rows], degree)
+        half, left = len(tau) // 2, tau[: self.rows(len(tau))][rows]
+        out = family.values(left, degree)[:, self.degrees(degree)]
+        # a row stands for two samples, or for the one in the middle
+        out = out * np.where(np.arange(len(tau))[: self.rows(len(tau))][rows] < half, np.sqrt(2), 1.0)[:, None]
         return out
 
 

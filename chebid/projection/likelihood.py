@@ -88,7 +88,7 @@ class Tiles:
     @cached_property
     def _coordinates(self) -> list[Array]:
         """Q^T x (K, k) of each fold."""
-        return [x @ part.samples for x, part in zip(self._folded, _frames(*self._size), strict=True)]
+        return [part.coordinates(self.x) for part in _frames(*self._size)]
 
     @cached_property
     def _rest(self) -> float:

@@ -6,22 +6,26 @@ import numpy as np
 
 from chebid.basis import CHEBYSHEV, LEGENDRE, Array, Family, convert
 from chebid.projection.fold import Fold, folds
-from chebid.projection.modes import frame
+from chebid.projection.modes import Frame, frame
 from chebid.projection.plan import Plan
 
 
 @dataclass(frozen=True)
 class Local:
-    """Coefficients (n_b,) = synthesis (n_b, k) @ analysis^T (k, H) @ samples (H,), on one fold."""
+    """Coefficients (n_b,) = synthesis (n_b, k) @ Q^T x (k,), on one fold."""
 
-    fold: Fold
-    analysis: Array  # orthonormal columns
+    frame: Frame
     synthesis: Array
     trace: float  # of the map from samples to fitted samples
 
     def fit(self, x: Array) -> Array:
         """Coefficients (..., n_b) of samples (..., N)."""
-        return (self.fold.samples(x) @ self.analysis) @ self.synthesis.T
+        return self.frame.coordinates(x) @ self.synthesis.T
+
+    @property
+    def degrees(self) -> slice:
+        """Which of the coefficients c_0 .. c_n these are."""
+        return self.frame.fold.degrees(self.frame.degree)
 
 
 def make_locals(tau: Array, half: float, plan: Plan, target: Family) -> tuple[Local, ...]:
@@ -33,7 +37,7 @@ def make_locals(tau: Array, half: float, plan: Plan, target: Family) -> tuple[Lo
 def _least_squares(tau: Array, half: float, plan: Plan, target: Family, fold: Fold) -> Local:
     made = frame(tau, plan.degree, fold, CHEBYSHEV)
     synthesis = _converted(made.inverse(), fold, plan.degree, CHEBYSHEV, target)
-    return Local(fold, made.samples, synthesis, float(len(synthesis)))
+    return Local(made, synthesis, float(len(synthesis)))
 
 
 def _penalised(tau: Array, half: float, plan: Plan, target: Family, fold: Fold) -> Local:
@@ -42,7 +46,7 @@ def _penalised(tau: Array, half: float, plan: Plan, target: Family, fold: Fold) 
     modes = made.modes(spectrum)
     weight = float(spectrum.weight(plan.penalty * 2 * half, len(tau) - 1))
     synthesis = _converted(modes.coefficients(weight), fold, plan.degree, LEGENDRE, target)
-    return Local(fold, made.samples, synthesis, modes.free + float(modes.transfer(weight).sum()))
+    return Local(made, synthesis, modes.free + float(modes.transfer(weight).sum()))
 
 
 def _converted(rows: Array, fold: Fold, degree: int, source: Family, target: Family) -> Array:

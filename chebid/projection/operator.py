@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.basis import CHEBYSHEV, Array, Family, convert, family
+from chebid.basis import CHEBYSHEV, Array, Family, chebyshev_points, convert, family, interpolate
 from chebid.errors import NoAnswerError, UsageError
 from chebid.projection.clock import is_uniform
 from chebid.projection.comb import Comb
@@ -20,6 +20,7 @@ from chebid.projection.normal import least_squares
 from chebid.projection.plan import FITS, Plan, limit
 from chebid.projection.quadrature import quadrature_coefficients
 from chebid.projection.series import Series
+from chebid.projection.threads import single
 
 
 class Operator:
@@ -60,6 +61,7 @@ class Operator:
         taken = sum(local.trace for local in self._locals(0)) if smooth else self.plan.degree + 1.0
         return taken / len(self._tau(0))
 
+    @single
     def fit(self, x: Array) -> Series:
         """Series of the signals x (N,) or (N, J)."""
         signals = np.ascontiguousarray(np.asarray(x, dtype=float).reshape(len(self.t), -1).T)
@@ -92,8 +94,9 @@ class Operator:
     def _fill(self, out: Array, x: Array, window: int) -> None:
         """Coefficients (W_b, n + 1, J) of samples (J, W_b, N_w) of windows that share the operator of `window`."""
         for local in self._locals(window):
-            out[:, local.fold.degrees(self.plan.degree)] = local.fit(x).transpose(1, 2, 0)
+            out[:, local.degrees] = local.fit(x).transpose(1, 2, 0)
 
+    @single
     def at_samples(self, series: Series, order: int = 0) -> Array:
         """Values (N, J) of a derivative at the operator's own instants: `series(t, order)`, fast on uniform grids."""
         comb = self._comb
@@ -122,6 +125,7 @@ class Operator:
         tau = self._tau(0)
         return np.ascontiguousarray(self.family.values(tau[: (len(tau) + 1) // 2], self.plan.degree).T)
 
+    @single
     def noise_gain(self, order: int) -> Array:
         """Standard deviation (N,) of a derivative at the samples per unit of white noise on them, blends neglected."""
         if order not in self._gains:
@@ -139,21 +143,24 @@ class Operator:
         return out
 
     def _window_gains(self, window: int, orders: tuple[int, ...]) -> Array:
-        """(K, N_w): norms of the rows of P D^k synthesis, the columns of `analysis` being orthonormal."""
-        tau = self._tau(window)
-        rows = (len(tau) + 1) // 2 if self._comb else len(tau)
-        values, squares = (
-            self.family.values(tau[:rows], self.plan.degree),
-            np.zeros((len(orders), rows)),
-        )
+        """(K, N_w) at the samples of a window. The squares are polynomials of degree 2 n: fewer points tell them."""
+        tau, count = self._tau(window), 2 * self.plan.degree + 1
+        if len(tau) <= 2 * count:
+            return np.sqrt(self._squared_gains(window, tau, orders))
+        nodes = chebyshev_points(count)
+        square = CHEBYSHEV.evaluate(tau, interpolate(self._squared_gains(window, nodes, orders).T)).T
+        return np.sqrt(np.maximum(square, 0.0))
+
+    def _squared_gains(self, window: int, tau: Array, orders: tuple[int, ...]) -> Array:
+        """(K, M) at tau (M,): norms of the rows of P D^k synthesis, those of Q being orthonormal."""
+        values, out = self.family.values(tau, self.plan.degree), np.zeros((len(orders), len(tau)))
         for local in self._locals(window):
             whole = np.zeros((self.plan.degree + 1, local.synthesis.shape[1]))
-            whole[local.fold.degrees(self.plan.degree)] = local.synthesis
-            for square, order in zip(squares, orders, strict=True):
+            whole[local.degrees] = local.synthesis
+            for square, order in zip(out, orders, strict=True):
                 derivative = self.family.differentiate(whole, order) * float(self.layout.half[window]) ** -order
                 square += np.sum((values @ derivative) ** 2, axis=1)
-        gains = np.sqrt(squares)
-        return np.hstack([gains, gains[:, : len(tau) - rows][:, ::-1]])
+        return out
 
     # --- windows
 

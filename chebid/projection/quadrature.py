@@ -16,7 +16,7 @@ Chebyshev II follows from <x, U_i>_II = (<x, T_i> - <x, T_{i+2}>) / 2; Legendre 
 import numpy as np
 
 from chebid.basis import CHEBYSHEV, CHEBYSHEV2, LEGENDRE, Array, Family
-from chebid.projection.sums import circle, power_sums
+from chebid.projection.sums import circle, real_sums
 
 
 def quadrature_coefficients(tau: Array, x: Array, degree: int, family: Family = CHEBYSHEV) -> Array:
@@ -42,7 +42,7 @@ def _chebyshev_products(tau: Array, x: Array, degree: int) -> Array:
     """<x, T_i>, i = 0 .. n: (n + 1, J)."""
     z, jumps = circle(tau), _slope_jumps(tau, x)
     theta = np.angle(z)
-    sines = power_sums(z, jumps, degree + 1).imag  # sum_j jump_j sin(m theta_j)
+    sines = real_sums(z, [(-1j * jumps).astype(complex)], degree + 1)[0]  # sum_j jump_j sin(m theta_j)
     out = np.empty((degree + 1, x.shape[1]))
     # i = 0: x dtheta over each segment, by parts: x theta at the ends and the slopes times sin
     out[0] = np.pi * x[0] + jumps.T @ (np.sin(theta) - theta * np.cos(theta))

@@ -55,23 +55,28 @@ class Sampled:
 
     def whole(self, degree: int) -> Tiles:
         """The record as one tile."""
-        return Tiles(self.x[None], self.rate, min(degree, limit("smooth", len(self.x))), self.floor)
+        x, rate = self._merged(degree / (np.pi * self.span))
+        return Tiles(x[None], rate, min(degree, limit("smooth", len(x))), self.floor)
 
     def rung(self, cut: float) -> int:
         """The highest rung of a ladder, rate / 2 over 2^(rung / 2), that resolves `cut` Hz: tiles come in few sizes."""
         return max(0, int(2 * np.log2(self.rate / 2 / max(cut, 6 / self.span))))
 
     def tiles(self, rung: int, degree: int) -> Tiles:
-        """Tiles side by side of that degree, or a higher one where there are few; of means, where the rate is high."""
+        """Tiles side by side of that degree, or a higher one where there are few."""
         cut = self.rate / 2 * 2 ** (-rung / 2)
-        merged = max(1, int(self.rate / (_OVERSAMPLING * cut)))
-        x, rate = _means(self.x, merged), self.rate / merged
+        x, rate = self._merged(cut)
         size = round(degree / (np.pi * cut) * rate)
         count = max(1, len(x) // size)
         if count < 8:
             size = len(x) // count
         degree = int(np.clip(round(np.pi * cut * size / rate), 12, limit("smooth", size)))
         return Tiles(_lively(x[: size * count].reshape(count, size)), rate, degree, self.floor)
+
+    def _merged(self, cut: float) -> tuple[Array, float]:
+        """Means of neighbouring samples, and their rate, where the rate is much higher than a frequency looked at."""
+        merged = max(1, int(self.rate / (_OVERSAMPLING * cut)))
+        return _means(self.x, merged), self.rate / merged
 
 
 def _longest_stretch(t: Array, x: Array) -> tuple[Array, Array]:
