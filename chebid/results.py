@@ -1,5 +1,6 @@
 """From estimates to what a user keeps: the fitted model, documents, predictions, comparisons."""
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from chebid.errors import InputError, Notice, Place
 from chebid.estimators import Estimate, JointResidual, Problem, judge, overall
 from chebid.estimators.wls import wls_rows
 from chebid.log import Log, read_log
-from chebid.model import Covariance, FitSection, FittedValue, Model
+from chebid.model import Covariance, FitSection, FittedValue, Model, settings_of
 from chebid.motion import Track, make_track
 from chebid.projection import Setting
 
@@ -185,21 +186,17 @@ class Comparisons:
 def compare_models(models: list[Model], paths: list[Path]) -> Comparisons:
     """Judge every model on every log, on rows made as those of its fit."""
     entries: list[Comparison] = []
-    notices: list[Notice] = []
+    read = functools.cache(lambda path, spec, joints: read_log(path, spec, joints, need_torque=True))
     for model in models:
         theta = fitted_values(model)
-        for path in paths:
-            log = read_log(path, model.log, model.joints, need_torque=True)
-            notices += log.notices
-            entries.append(_compare(model, log, theta))
-    return Comparisons(tuple(entries), tuple(dict.fromkeys(notices)))
+        entries += [_compare(model, read(path, model.log, model.joints), theta) for path in paths]
+    notices = dict.fromkeys(notice for entry in entries for notice in entry.problem.notices)
+    return Comparisons(tuple(entries), tuple(notices))
 
 
 def _compare(model: Model, log: Log, theta: Array) -> Comparison:
     problem = fitted_problem(model, log)
-    if model.fit and model.fit.method == "wls":
-        rows, _ = wls_rows(problem)
-    else:
-        rows = problem.rows
-    residual = judge(problem, rows, theta)
+    with settings_of(model):
+        rows = wls_rows(problem)[0] if model.fit and model.fit.method in ("wls", "huber") else problem.rows
+        residual = judge(problem, rows, theta)
     return Comparison(str(model.path), str(log.path), problem, theta, residual, overall(rows, theta))

@@ -150,9 +150,9 @@ class Spoiled:
 UNKNOWN, NUMBER, SECTION = "is not a key of the model file", "is not a number", "is not a section with keys"
 SPOILED = [
     # text that is no YAML, or not one document
-    Spoiled("empty", "", "holds no sections", None, None),
-    Spoiled("a list", "- robot\n", "holds no sections", None, 1),
-    Spoiled("a word", "robot", "holds no sections", None, 1),
+    Spoiled("empty", "", "holds no sections", None, None, hint="swap model and log"),
+    Spoiled("a list", "- robot\n", "holds no sections", None, 1, hint="swap model and log"),
+    Spoiled("a word", "robot", "holds no sections", None, 1, hint="swap model and log"),
     Spoiled("not UTF-8", SCARA.encode() + b"# \xff\n", "not UTF-8 text", hint="swap model and log"),
     Spoiled("binary", bytes(range(256)), "not UTF-8 text", hint="swap model and log"),
     Spoiled("UTF-16", SCARA.encode("utf-16"), "not UTF-8 text", hint="swap model and log"),
@@ -169,7 +169,7 @@ SPOILED = [
     Spoiled("second document", SCARA + "---\n" + SCARA, "another document", None, 3, hint="indentation"),
     Spoiled("key that is a list", SCARA + "[a, b]: 3\n", "a key is not a word", None, 3, hint="indentation"),
     Spoiled("huge integer", SCARA + "log: {rate: 1" + "0" * 5000 + "}\n", "cannot be read as int", None, 3, hint=""),
-    Spoiled("a log", "t,q1,q2\n" + "0.1,0.2,0.3\n" * 9, "holds no sections", None, 1),
+    Spoiled("a log", "t,q1,q2\n" + "0.1,0.2,0.3\n" * 9, "holds no sections", None, 1, hint="swap model and log"),
     # keys
     Spoiled("unknown section", SCARA + "effect: []\n", UNKNOWN, "effect", 3, None, "'effects'"),
     Spoiled("unknown key of the log", SCARA + "log:\n  tme: t\n", UNKNOWN, "log.tme", 4, "t", "'time'"),

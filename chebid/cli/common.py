@@ -38,6 +38,9 @@ Degree = Annotated[
 Bandwidth = Annotated[
     float | None, typer.Option("--bandwidth", "-b", metavar="HZ", help="Pass everything up to this frequency.")
 ]
+Rate = Annotated[
+    float | None, typer.Option("--rate", metavar="HZ", help="Sampling rate of a log without a time column.")
+]
 Signals = Annotated[
     list[str] | None, typer.Option("--signal", "-s", metavar="NAME", help="Column to use; repeat for several.")
 ]
@@ -121,10 +124,18 @@ def save_figure(figure: Any, path: Path, force: bool) -> None:
 
 
 def read_logs(paths: Sequence[Path], model: "Model", *, need_torque: bool = True) -> "list[Log]":
-    """The logs of a model, each a set of records of its own."""
+    """The logs of a model, each a set of records of its own. Raises UsageError for one that is given twice."""
     from chebid.log import read_log
 
-    return [read_log(path, model.log, model.joints, need_torque=need_torque) for path in paths]
+    logs: list[Log] = []
+    for path in paths:
+        log = read_log(path, model.log, model.joints, need_torque=need_torque)
+        twin = next((other for other in logs if other.sha256 == log.sha256), None)
+        if twin is not None:
+            hint = "give it once: twice the same data are no more data"
+            raise UsageError(f"is the same log as {twin.path}", hint=hint, place=Place(str(path)))
+        logs.append(log)
+    return logs
 
 
 def with_processing(model: "Model", fit: str | None, degree: int | None, bandwidth: float | None) -> "Model":

@@ -27,11 +27,11 @@ def compare(
     from chebid.report.tables import comparison_table, show_comparison
     from chebid.results import compare_models
 
-    models = [path for path in files if path.suffix in (".yaml", ".yml")]
+    models = [path for path in files if path.suffix.lower() in (".yaml", ".yml")]
     logs = [path for path in files if path not in models]
     if not models or not logs:
         raise UsageError(
-            f"{len(models)} models and {len(logs)} logs are given",
+            "no log is given" if models else "no model (.yaml) is given",
             hint="name at least one model (.yaml) and one log: chebid compare MODEL LOG",
         )
     check_files(files, out, plot, force)

@@ -15,6 +15,7 @@ from chebid.cli.common import (
     ModelOption,
     Out,
     Plot,
+    Rate,
     Signals,
     check_files,
     emit_json,
@@ -33,6 +34,7 @@ def derive(
     order: Annotated[int, typer.Option("--order", metavar="K", help="Highest derivative.")] = 2,
     fit: Fit = None,
     basis: Basis = "chebyshev",
+    rate: Rate = None,
     degree: Degree = None,
     bandwidth: Bandwidth = None,
     out: Out = None,
@@ -49,7 +51,7 @@ def derive(
     if not 0 <= order <= 8:
         raise UsageError(f"--order {order} is not between 0 and 8", hint="2 gives accelerations")
     check_files((log, model), out, plot, force)
-    source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth)
+    source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth, rate)
     notices = [*source.notices, *(n for _, p in projected for n in p.notices())]
     warn(notices)
     table = derivatives(source, projected, order)

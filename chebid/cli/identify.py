@@ -22,10 +22,10 @@ from chebid.cli.common import (
     warn,
     with_processing,
 )
-from chebid.errors import UsageError
+from chebid.errors import InputError, NoAnswerError, Notice, UsageError
 
 if TYPE_CHECKING:
-    from chebid.estimators import Estimate
+    from chebid.estimators import Estimate, Problem
 
 
 def identify(
@@ -33,7 +33,9 @@ def identify(
     model: Annotated[
         Path, typer.Option("--model", "-m", metavar="MODEL", help="Model file (YAML).", show_default=False)
     ],
-    method: Annotated[str, typer.Option("--method", metavar="NAME", help="poly or wls; all runs both.")] = "poly",
+    method: Annotated[
+        str, typer.Option("--method", metavar="NAME", help="poly, wls, huber, iv, ekf or dr; all runs each.")
+    ] = "poly",
     fit: Fit = None,
     degree: Degree = None,
     bandwidth: Bandwidth = None,
@@ -46,8 +48,9 @@ def identify(
 
     Several logs are separate records of the same robot. -o writes the fitted model.
     """
+    from chebid.dynamics import make_dynamics
     from chebid.estimators import METHODS, Problem, estimate
-    from chebid.model import read_model, write_model
+    from chebid.model import read_model, settings_of, write_model
     from chebid.projection import FITS
     from chebid.report.tables import show_estimates
     from chebid.results import estimate_document, fitted_model
@@ -58,8 +61,10 @@ def identify(
         raise UsageError("--method all does not give one model to write", hint="leave out -o, or choose a method")
     check_files((model, *log), out, plot, force, table=False)
     read = with_processing(read_model(model), fit, degree, bandwidth)
+    make_dynamics(read)  # what is wrong with the robot or an effect is said before a long log is read
     problem = Problem(read, tuple(read_logs(log, read)))
-    found = [estimate(problem, name) for name in (METHODS if method == "all" else [method])]
+    with settings_of(read):
+        found = _all(problem) if method == "all" else [estimate(problem, method)]
     warn(notice for one in found for notice in one.notices)
     if out:
         write_model(fitted_model(read, found[0], out), out, force=force)
@@ -73,6 +78,22 @@ def identify(
     else:
         show_estimates(found)
         _say_next(found, out)
+
+
+def _all(problem: "Problem") -> "list[Estimate]":
+    """The estimates of all methods that can be used; of the others, why not."""
+    from chebid.estimators import METHODS, estimate
+
+    found, errors = [], []
+    for name in METHODS:
+        try:
+            found.append(estimate(problem, name))
+        except (NoAnswerError, InputError) as err:
+            errors.append(err)
+            warn([Notice("method", f"{name} is left out: {err.message} ({err.hint})")])
+    if not found:
+        raise errors[0]
+    return found
 
 
 def _say_next(found: "list[Estimate]", out: Path | None) -> None:

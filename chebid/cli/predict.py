@@ -32,7 +32,7 @@ def predict(
 
     Columns t, tau1, tau2, ...
     """
-    from chebid.model import read_model
+    from chebid.model import read_model, settings_of
     from chebid.report.tables import predictions
     from chebid.results import fitted_values, predict_tracks
 
@@ -40,7 +40,8 @@ def predict(
     read = read_model(model)
     theta = fitted_values(read)
     (source,) = read_logs([log], read, need_torque=False)
-    tracks, torques = predict_tracks(read, source, theta)
+    with settings_of(read):
+        tracks, torques = predict_tracks(read, source, theta)
     warn(source.notices)
     table = predictions(tracks, torques)
     if out:

@@ -1,5 +1,7 @@
 """`chebid project`."""
 
+import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +16,7 @@ from chebid.cli.common import (
     ModelOption,
     Out,
     Plot,
+    Rate,
     Signals,
     check_files,
     emit_json,
@@ -21,10 +24,11 @@ from chebid.cli.common import (
     warn,
     write_table,
 )
+from chebid.errors import UsageError
 
 if TYPE_CHECKING:
     from chebid.log import Log
-    from chebid.projection import Projection
+    from chebid.projection import Projection, Setting
 
 
 def project(
@@ -33,6 +37,7 @@ def project(
     signal: Signals = None,
     fit: Fit = None,
     basis: Basis = "chebyshev",
+    rate: Rate = None,
     degree: Degree = None,
     bandwidth: Bandwidth = None,
     out: Out = None,
@@ -45,7 +50,7 @@ def project(
     -o writes the coefficients: record, signal, window, start and stop in s, degree, value.
     """
     check_files((log, model), out, plot, force)
-    source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth)
+    source, projected = open_projected(log, model, signal, fit, basis, degree, bandwidth, rate)
     rows = [_row(source, number, p) for number, p in projected]
     notices = [*source.notices, *(n for _, p in projected for n in p.notices())]
     warn(notices)
@@ -73,28 +78,36 @@ def open_projected(
     basis: str,
     degree: int | None,
     bandwidth: float | None,
+    rate: float | None,
 ) -> "tuple[Log, list[tuple[int, Projection]]]":
     """Read a log and project each signal of each record: (record number from 1, projection)."""
     from chebid.basis import family
     from chebid.cli.common import check_choice, with_processing
-    from chebid.log import read_log
-    from chebid.model import read_model
-    from chebid.motion import project_record
+    from chebid.log import LogSpec, read_log
+    from chebid.model import read_model, settings_of
     from chebid.projection import FITS, Setting
 
     check_choice(fit, FITS, "--fit")
     family(basis)
-    setting = Setting(fit, basis, degree, bandwidth)
-    if model:
-        read = with_processing(read_model(model), fit, degree, bandwidth)
-        p = read.processing
-        setting = Setting(p.fit, basis, p.degree, p.bandwidth)
-        source = read_log(log, read.log, read.joints)
-    else:
-        source = read_log(log, signals=signals)
-    return source, [
-        (i, p) for i, record in enumerate(source.records, 1) for p in project_record(source, record, setting)
-    ]
+    if rate is not None and not 0 < rate < math.inf:
+        raise UsageError(f"--rate {rate:g} is not above 0", hint="give the sampling rate in Hz")
+    if model is None:
+        source = read_log(log, LogSpec(rate=rate), signals=signals)
+        return source, _projected(source, Setting(fit, basis, degree, bandwidth))
+    if signals:
+        hint = "leave one of them out: a model names its own columns"
+        raise UsageError("both --model and --signal are given", hint=hint)
+    read = with_processing(read_model(model), fit, degree, bandwidth)
+    source = read_log(log, replace(read.log, rate=rate) if rate else read.log, read.joints)
+    p = read.processing
+    with settings_of(read):
+        return source, _projected(source, Setting(p.fit, basis, p.degree, p.bandwidth))
+
+
+def _projected(source: "Log", setting: "Setting") -> "list[tuple[int, Projection]]":
+    from chebid.motion import project_record
+
+    return [(i, p) for i, record in enumerate(source.records, 1) for p in project_record(source, record, setting)]
 
 
 def _row(source: "Log", record: int, p: "Projection") -> dict[str, Any]:

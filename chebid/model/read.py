@@ -45,7 +45,8 @@ def read_model(path: str | Path) -> Model:
         place = Place(str(path), row=err.row)
         raise InputError(f"is not valid YAML: {err.message}", hint=err.hint, place=place) from None
     except MisfitError as err:
-        raise InputError(str(err), hint=_CORRECT, place=_place(path, document, err.key, err.value)) from None
+        hint = _CORRECT if err.key else "did you swap model and log? The README shows a first model file"
+        raise InputError(str(err), hint=hint, place=_place(path, document, err.key, err.value)) from None
     except ValidationError as err:
         raise _invalid(path, document, err) from None
     return model.read_from(path, document)

@@ -239,6 +239,15 @@ class Model(Section):
         row = self._document.find(key)[1] if self._document else None
         return Place(file=str(self.path), key=dotted(key), row=row, value=value)
 
+    def in_file(self, *key: str) -> bool:
+        """Whether the value of a key is that of the file, and not one that took its place."""
+        if self._document is None or self._document.find(key)[0] != key:
+            return False
+        written, value = self._document.data, self
+        for part in key:
+            written, value = written[part], getattr(value, part)
+        return bool(written == value)
+
     def read_from(self, path: Path, document: Document) -> "Model":
         """The same model, knowing where it was read from."""
         model = self.model_copy(update={"path": path})
