@@ -1,6 +1,8 @@
 """Tables: for the terminal (rich) and for files (pandas)."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from chebid.basis import Array
+from chebid.errors import UsageError
 from chebid.estimators import Estimate
 from chebid.log import Log
 from chebid.motion import Track
@@ -16,11 +19,12 @@ from chebid.projection import Projection
 from chebid.results import Comparisons, remarks
 
 Projected = Sequence[tuple[int, Projection]]
+_WIDE = 10_000  # columns: nothing is cut
 
 
 def _console() -> Console:
-    console = Console(highlight=False, soft_wrap=False)
-    return console if console.is_terminal else Console(highlight=False, width=120)
+    """A line is as long as it is, and left to the terminal to wrap: half a number would be a wrong number."""
+    return Console(highlight=False, markup=False, emoji=False, width=_WIDE)
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -36,7 +40,8 @@ def percent(fraction: float | None) -> str:
 
 
 def _table(title: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> Table:
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    style = "" if os.environ.get("NO_COLOR") else "bold"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style=style)
     for i, head in enumerate(heads):
         table.add_column(head, justify="left" if i < left else "right", no_wrap=True)
     for row in rows:
@@ -121,10 +126,11 @@ def _residual_table(estimate: Estimate) -> Table:
 def show_comparison(results: Comparisons) -> None:
     """Every model on every log."""
     heads = ("model", "log", "joint", "rms", "relative", "relative raw", "noise floor", "ratio")
+    models, logs = _short(entry.model for entry in results.entries), _short(entry.log for entry in results.entries)
     body = [
         (
-            row["model"],
-            row["log"],
+            models[row["model"]],
+            logs[row["log"]],
             row["joint"],
             number(row["rms"], 3),
             percent(row["relative"]),
@@ -137,10 +143,17 @@ def show_comparison(results: Comparisons) -> None:
     console = _console()
     console.print(_table(None, heads, body, left=3))
     for entry in results.entries:
-        console.print(f"{entry.model} on {entry.log}: {percent(entry.overall)} over all joints")
+        console.print(f"{models[entry.model]} on {logs[entry.log]}: {percent(entry.overall)} over all joints")
     kinds = {row["floor_kind"] for row in results.rows() if row["floor"] is not None}
     for kind in sorted(kinds):
         console.print(f"noise floor: {kind}")
+
+
+def _short(paths: Iterable[str]) -> dict[str, str]:
+    """Paths as they are shown: the names of the files, where these differ."""
+    different = list(dict.fromkeys(paths))
+    names = [Path(path).name for path in different]
+    return dict(zip(different, names if len(set(names)) == len(names) else different, strict=True))
 
 
 def comparison_table(results: Comparisons) -> pd.DataFrame:
@@ -172,7 +185,11 @@ def _coefficients(record: int, p: Projection) -> pd.DataFrame:
 
 
 def derivatives(source: Log, projected: Projected, order: int) -> pd.DataFrame:
-    """t, every signal and its derivatives, and whether they can be trusted, at the log's own instants."""
+    """t, every signal and its derivatives, and whether they can be trusted, at the log's own instants.
+
+    Raises UsageError when two columns would have one name (signals q1 and dq1).
+    """
+    _refuse_twins([p.name for i, p in projected if i == 1], order)
     parts = []
     for number_, record in enumerate(source.records, 1):
         mine = [p for i, p in projected if i == number_]
@@ -184,6 +201,17 @@ def derivatives(source: Log, projected: Projected, order: int) -> pd.DataFrame:
         valid = np.all([_valid(p, record.t, order) for p in mine], axis=0)
         parts.append(pd.DataFrame(columns | {"valid": valid}))
     return pd.concat(parts, ignore_index=True)
+
+
+def _refuse_twins(names: Sequence[str], order: int) -> None:
+    taken = {"t", "record", "valid"}
+    for name in ("d" * k + name for name in names for k in range(order + 1)):
+        if name in taken:
+            raise UsageError(
+                f"two columns of the result would be called {name!r}",
+                hint="name the signals to derive: --signal q1 --signal q2, or give a --model",
+            )
+        taken.add(name)
 
 
 def _valid(p: Projection, t: Array, order: int) -> Array:
