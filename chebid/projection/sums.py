@@ -41,15 +41,15 @@ def real_sums(z: ComplexArray, weights: Sequence[ComplexArray | Array], highest:
 def _add(total: Array, coarse: ComplexArray, fine: ComplexArray, weight: NDArray) -> None:
     """Add Re (w z^{aB}) z^b, summed over the samples of a block, to `total` (J, A, B); `coarse` is conjugate."""
     if np.iscomplexobj(weight):
-        scaled = (coarse * np.conj(weight.T)[:, None, :]).view(float)
+        scaled = _parts(coarse * np.conj(weight.T)[:, None, :])
     else:
         scaled = _parts(coarse) * np.repeat(weight.T, 2, axis=1)[:, None, :]
     total += (scaled.reshape(-1, scaled.shape[2]) @ _parts(fine).T).reshape(total.shape)
 
 
 def _parts(a: ComplexArray) -> Array:
-    """Real and imaginary parts (rows, 2 N) side by side."""
-    return a.view(float) if a.flags.c_contiguous else np.ascontiguousarray(a).view(float)
+    """Real and imaginary parts (..., 2 N) side by side."""
+    return np.ascontiguousarray(a).view(float)
 
 
 def _fill_powers(z: ComplexArray, out: ComplexArray) -> None:

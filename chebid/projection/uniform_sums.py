@@ -18,7 +18,7 @@ def uniform_sums(samples: int, highest: int) -> Array:
     """S_m = sum_k T_m(tau_k), m = 0, 2, .. `highest` (even), over the symmetric uniform grid of N samples."""
     step, tau = 2 / (samples - 1), symmetric_grid(samples)
     # m times the angle between samples, h / sin(theta), is small from here on
-    outer = int(np.searchsorted(circle(tau[: samples // 2]).imag, highest * step / _TURN))
+    outer = max(1, int(np.searchsorted(circle(tau[: samples // 2]).imag, highest * step / _TURN)))
     if 2 * outer > samples - 8:
         return _direct(tau, highest)
     return 2 * _direct(tau[:outer], highest) + _inner(-float(tau[outer]), step, np.arange(0.0, highest + 1, 2))
