@@ -125,6 +125,16 @@ def adapt(used: "Used", t: Array) -> Plan:
 
 def require_torque(log: Log) -> None:
     """Raise InputError when a log has no torque."""
+    for record in log.records:
+        if record.tau is None:
+            continue
+        for joint, column in zip(log.names, record.tau.T, strict=True):
+            if np.nanmax(column) == np.nanmin(column) and np.isfinite(column).any():
+                raise InputError(
+                    f"the torque of joint {joint} never changes: it cannot have been measured",
+                    hint="name the right column in the model file, under log: torque:",
+                    place=Place(file=str(log.path), row=int(record.rows[0]), value=float(np.nanmax(column))),
+                )
     if any(record.tau is None for record in log.records):
         raise InputError(
             "has no torque columns",

@@ -4,6 +4,7 @@ from typing import Any
 
 from chebid.equations import Rows
 from chebid.estimators.judge import judge
+from chebid.estimators.plausible import implausible, unexplained
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.timing import lag_notice, torque_lag
@@ -14,6 +15,8 @@ def assemble(problem: Problem, method: str, found: Solution, rows: Rows, record:
     """The estimate of a method on its rows, judged, with the lag of the torque and all warnings."""
     lag = torque_lag(problem, found.theta)
     late = lag_notice(lag, problem) if lag else None
+    residual = judge(problem, rows, found.theta)
+    doubts = [*implausible(problem, found), *unexplained(problem, residual)]
     return Estimate(
         method=method,
         parameters=problem.dynamics.parameters,
@@ -21,9 +24,9 @@ def assemble(problem: Problem, method: str, found: Solution, rows: Rows, record:
         covariance=found.covariance,
         white=found.white,
         condition=found.condition,
-        residual=judge(problem, rows, found.theta),
+        residual=residual,
         weights=1 / found.sigma,
         lag=lag,
         record=problem.describe() | record,
-        notices=(*problem.notices, *([late] if late else [])),
+        notices=(*problem.notices, *doubts, *([late] if late else [])),
     )

@@ -21,6 +21,10 @@ class Axes:
         return tuple(kind == "revolute" for kind in self.types)
 
     @property
+    def positive(self) -> tuple[str, ...]:
+        return tuple(p.name for p in self.parameters)
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]:
         numbered = enumerate(zip(self.joints, self.rotary, strict=True), start=1)
         return tuple(

@@ -30,6 +30,11 @@ class Robot(Protocol):
         ...
 
     @property
+    def positive(self) -> tuple[str, ...]:
+        """Names of parameters that no real robot has below zero."""
+        ...
+
+    @property
     def parameters(self) -> tuple[Parameter, ...]: ...
 
     def regressor(self, q: Array, dq: Array, ddq: Array) -> Array:

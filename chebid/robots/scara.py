@@ -17,6 +17,7 @@ class Scara:
 
     joints: tuple[str, ...]
     rotary = (True, True)
+    positive = ("ZZR1", "ZZ2")
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:

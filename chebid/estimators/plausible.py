@@ -1,0 +1,40 @@
+"""Could these parameters be those of a real robot? A model that explains little says so before anyone uses it."""
+
+from chebid.errors import Notice, Place
+from chebid.estimators.problem import Problem
+from chebid.estimators.result import JointResidual
+from chebid.estimators.weighted import Solution
+
+_SURE = 3.0  # deviations below zero
+_LITTLE = 0.3  # relative error beyond which a model explains little
+
+
+def implausible(problem: Problem, found: Solution) -> list[Notice]:
+    """Warnings for parameters that are surely negative where nature has none: inertias, friction."""
+    dynamics = problem.dynamics
+    positive = set(dynamics.robot.positive)
+    for effect in dynamics.bound:
+        positive |= {name for name in dynamics.names(effect) if any(name.startswith(s) for s in effect.positive)}
+    out = []
+    for i, p in enumerate(dynamics.parameters):
+        value, sd = float(found.theta[i]), float(found.covariance[i, i]) ** 0.5
+        if p.name in positive and value < -_SURE * sd:
+            text = (
+                f"{p.name} is {value:.3g} {p.unit}; no real robot has it below zero: columns exchanged, a wrong sign?"
+            )
+            out.append(Notice("implausible", text, Place(file=str(problem.logs[0].path))))
+    return out
+
+
+def unexplained(problem: Problem, residual: dict[str, JointResidual]) -> list[Notice]:
+    """Warnings for joints whose torque the model hardly explains."""
+    return [
+        Notice(
+            "poor_fit",
+            f"the model leaves {100 * r.relative:.0f} % of the torque of joint {joint} unexplained: check which column "
+            "is which, units and gains, and the order of the joints",
+            Place(file=str(problem.logs[0].path)),
+        )
+        for joint, r in residual.items()
+        if r.relative > _LITTLE
+    ]
