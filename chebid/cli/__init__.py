@@ -7,6 +7,7 @@ import typer
 
 from chebid.cli.compare import compare
 from chebid.cli.derive import derive
+from chebid.cli.excite import excite
 from chebid.cli.freqresp import freqresp
 from chebid.cli.identify import identify
 from chebid.cli.predict import predict
@@ -23,7 +24,7 @@ app = typer.Typer(
     help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
     epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
 )
-for command in (project, derive, identify, freqresp, predict, compare, simulate):
+for command in (project, derive, identify, freqresp, predict, compare, excite, simulate):
     app.command()(command)
 
 

@@ -5,7 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from chebid.cli.common import Force, Json, Plot, check_choice, emit_json, save_figure, say, warn, write_table
+from chebid.cli.common import (
+    Force,
+    Json,
+    Plot,
+    check_choice,
+    check_files,
+    emit_json,
+    save_figure,
+    say,
+    warn,
+    write_table,
+)
 from chebid.errors import Notice, Place, UsageError
 
 if TYPE_CHECKING:
@@ -42,7 +53,6 @@ def simulate(
     Joint PD control with zero-order hold, encoder counts, torque noise, dry friction that sticks. Columns t, q1..,
     tau1.. in SI units.
     """
-    from chebid.files import refuse_existing
     from chebid.model import read_model
     from chebid.results import fitted_values
     from chebid.simulate import NOISES, TORQUE_LOGS, Options, read_reference, simulate, simulated_table
@@ -50,8 +60,7 @@ def simulate(
     check_choice(torque_log, TORQUE_LOGS, "--torque-log")
     check_choice(noise, NOISES, "--noise")
     _check(rate, duration)
-    for path in filter(None, (out, plot)):
-        refuse_existing(path, force)
+    check_files((model, trajectory), out, plot, force)
     read = read_model(model)
     theta = fitted_values(read)
     options = Options(rate, duration, torque_log, noise)
@@ -61,8 +70,9 @@ def simulate(
     write_table(simulated_table(log, reference), out, force)
     if plot:
         from chebid.report.motion import simulation_figure
+        from chebid.robots import make_robot
 
-        save_figure(simulation_figure(log, read.joints), plot, force)
+        save_figure(simulation_figure(log, read.joints, make_robot(read).rotary), plot, force)
     if json:
         emit_json(_document(log, read, out, notices))
     else:

@@ -426,9 +426,9 @@ def run(  # type: ignore[no-untyped-def]
     `rigid`, `p`: plant; `forward`, `effects`, `values`: as in System; `mode` (J,): FREE, or 0 for joints with dry
     friction; `start` (2, J): q and dq at t = 0; `law` (5, J): kp, kd, encoder count and phase, torque limit;
     `reference` (2, K, J): commanded positions and velocities at the control instants `clock` (K,) s; `at` (N,) s:
-    instants to record; results: `drive` (K, J) torques, `out` (4, N, J) q, dq, ddq, modes; `settings`: largest step s, tolerance, next
-    step s, 3 of scratch; `w`, `square`, `states`: see `workspace`. Returns a status and the number of the control
-    period where it ended.
+    instants to record; results: `drive` (K, J) torques, `out` (4, N, J) q, dq, ddq, modes; `settings`: largest step s,
+    tolerance, next step s, 3 of scratch; `w`, `square`, `states`: see `workspace`. Returns a status and the number of
+    the control period where it ended.
     """
     n, p, effects, values, mode = len(mode), borrow(p), borrow(effects), borrow(values), borrow(mode)
     w, states, settings = borrow(w), borrow(states), borrow(settings)

@@ -1,0 +1,139 @@
+"""`excite`: the best of many optimised motions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from chebid.dynamics import make_dynamics
+from chebid.errors import NoAnswerError, Place, UsageError
+from chebid.excite.criterion import Criterion, Score
+from chebid.excite.fourier import Fourier
+from chebid.excite.limits import Limits, make_limits
+from chebid.excite.points import Points
+from chebid.model import Model
+from chebid.robots import Array
+
+KINDS = ("points", "fourier")
+_MOST = 1000  # samples at which the search evaluates the criterion
+_TRIED = 20  # random motions per start, of which the best is improved
+_ITERATIONS = 200
+Progress = Callable[[int, int, float], None]
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """An exciting trajectory: t (N,) s, q, dq, ddq (N, J); its score, that of the best random motion (`before`), the
+    median of those, and the share of each limit that it uses: `used` (3, J) of position, velocity, acceleration.
+    """
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+    score: Score
+    before: Score
+    median_before: float
+    used: Array
+    limits: Limits
+    durations: Array | None
+    starts: int
+
+
+def excite(
+    model: Model,
+    *,
+    duration: float = 8.0,
+    moves: int = 9,
+    kind: str = "points",
+    rate: float = 100.0,
+    seed: int = 0,
+    starts: int = 16,
+    information: float = 1.25,
+    progress: Progress | None = None,
+) -> Excitation:
+    """Optimise a motion of the robot of a model file under its limits, on the criterion of eq. 23.
+
+    `duration` s; `moves`: moves between points, or harmonics; `rate` Hz, at which W is sampled; `starts`: optimisations
+    from different random motions, each the best of 20; `information`: see `criterion`. `progress` is called with
+    (done, starts, best criterion). Raises UsageError for what cannot be, NoAnswerError when no motion tells the
+    parameters apart.
+    """
+    limits, dynamics = make_limits(model), make_dynamics(model)
+    _check(duration, moves, kind, rate, starts, information)
+    t = np.arange(round(duration * rate) + 1) / rate
+    step = int(np.ceil(len(t) / _MOST))
+    search = Criterion(dynamics, t[::step], float(np.sqrt(len(t) / len(t[::step]))), information)
+    family = (Points if kind == "points" else Fourier)(limits, float(t[-1]), moves)
+    found = _search(search, family, np.random.default_rng(seed), starts, progress)
+    if found is None:
+        raise NoAnswerError(
+            "no motion tells all parameters of this model apart",
+            hint="remove effects that cannot be told from others, or allow more moves, or wider limits",
+            place=Place(file=str(model.path)),
+        )
+    whole = Criterion(dynamics, t)
+    motion = family.motion(found.best, t)
+    return Excitation(
+        t,
+        q=motion[0],
+        dq=motion[1],
+        ddq=motion[2],
+        score=whole.score(motion),
+        before=whole.score(family.motion(found.first, t)),
+        median_before=float(np.median(found.tried)),
+        used=limits.used(family.motion(found.best, np.linspace(0, t[-1], 20 * len(t)))),
+        limits=limits,
+        durations=family.split(found.best)[1] if isinstance(family, Points) else None,
+        starts=starts,
+    )
+
+
+@dataclass
+class _Found:
+    """The best motion of a search, and the random motion with the best criterion; criteria of all random ones."""
+
+    best: Array
+    first: Array
+    tried: list[float]
+
+
+def _search(
+    search: Criterion, family: Points | Fourier, random: np.random.Generator, starts: int, progress: Progress | None
+) -> _Found | None:
+    """Improve the best of 20 random motions, `starts` times. None when all of them lose rank."""
+    best, best_value, first, first_value = None, np.inf, None, np.inf
+    tried: list[float] = []
+    for done in range(1, starts + 1):
+        motions = [family.random(random) for _ in range(_TRIED)]
+        values = [search.score(family.motion(x, search.t)).value for x in motions]
+        tried += values
+        start = motions[int(np.argmin(values))]
+        if min(values) < first_value:
+            first, first_value = start, min(values)
+        found = family.improve(search, start, _ITERATIONS) if min(values) < np.inf else start
+        value = search.objective(family.motion(found, search.t))[0]
+        if value < best_value:
+            best, best_value = found, value
+        if progress and best is not None:
+            progress(done, starts, search.score(family.motion(best, search.t)).value)
+    return None if best is None or first is None else _Found(best, first, tried)
+
+
+def _check(duration: float, moves: int, kind: str, rate: float, starts: int, information: float) -> None:
+    """Raise UsageError for numbers that allow no motion."""
+    if kind not in KINDS:
+        raise UsageError(f"kind {kind!r} is unknown", hint=f"choose one of: {', '.join(KINDS)}")
+    least = 1 if kind == "points" else 2
+    if moves < least:
+        raise UsageError(f"moves {moves} is below {least}", hint="9 is usual")
+    if starts < 1:
+        raise UsageError(f"starts {starts} is below 1", hint="16 is usual")
+    if not (0 < duration <= 1e5 and 0 < rate <= 1e5):
+        raise UsageError(f"duration {duration} s at {rate} Hz is no motion", hint="such as 8 s at 100 Hz")
+    if duration * rate < 10 * moves:
+        raise UsageError(
+            f"{moves} moves in {duration * rate:.0f} samples", hint="allow more time, fewer moves or a higher rate"
+        )
+    if not 0 <= information <= 1e3:
+        raise UsageError(f"information {information} is no weight", hint="1.25 is usual, 0 is eq. 23 alone")
