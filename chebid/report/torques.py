@@ -13,7 +13,7 @@ from chebid.effects import Units
 from chebid.estimators import Problem
 from chebid.motion import Track
 from chebid.report.lines import draw_line
-from chebid.report.style import COLOURS, INK, MEASURED, new_figure, styled
+from chebid.report.style import COLOURS, FAINT, INK, MEASURED, new_figure, styled
 from chebid.results import Comparisons
 
 _GAP = np.nan  # between records, so that lines do not join them
@@ -94,8 +94,19 @@ def _draw(
         what = "force" if unit == "N" else "torque"
         panels[0].set_ylabel(f"{name}: {what} [{unit.replace('.', '·')}]")
         if measured is not None:
-            panels[1].set_ylabel("residual")
+            panels[1].set_ylabel(f"residual [{unit.replace('.', '·')}]")
             panels[1].axhline(0, color=INK, linewidth=0.6)
+        for panel in panels:
+            _shade_ends(panel, tracks)
+
+
+def _shade_ends(panel: Axes, tracks: Sequence[Track]) -> None:
+    """Grey where the ends of a record cannot be trusted: what stands out there is no fault of the model."""
+    for track in tracks:
+        t, inside = track.motion.t, np.flatnonzero(track.valid)
+        if len(inside):
+            for begin, end in ((t[0], t[inside[0]]), (t[inside[-1]], t[-1])):
+                panel.axvspan(begin, end, color=FAINT, alpha=0.25, linewidth=0)
 
 
 def _measured(tracks: Sequence[Track]) -> bool:
