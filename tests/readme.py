@@ -1,6 +1,6 @@
 """The README's walk: its commands, their pasted output, and how to paste it anew.
 
-    python -m tests.readme        runs every `$ chebid ...` of the README in a scratch folder and pastes what it prints
+python -m tests.readme        runs every `$ chebid ...` of the README in a scratch folder and pastes what it prints
 """
 
 import os
