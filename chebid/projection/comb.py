@@ -42,11 +42,12 @@ class Comb:
         return int(np.argmax(self.weight > 0))
 
     def repeat(self, values: Array) -> Array:
-        """Values (N_w,) on a window -> (N,) on the record: those of a window where it has the most weight, about."""
-        middle = np.tile(values[self.skip : self.skip + self.hop], self.count)
+        """The same values (N_w,) on every window -> their blend (N,) on the record."""
         if self.count == 1:
             return values
-        return np.concatenate([values[: self.skip], middle, values[self.skip + self.hop :]])
+        alone, inner = self.hop + self.skip, values[self.skip : self.size - self.skip]
+        middle = self.blend(lambda windows: np.broadcast_to(inner, (1, windows.stop - windows.start, len(inner))), 1)
+        return np.concatenate([values[:alone], middle[0], values[-alone:]])
 
     @property
     def blended(self) -> slice:
