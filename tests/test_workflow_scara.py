@@ -107,7 +107,9 @@ def test_table_1_prints_the_paper_with_its_contradictions(script, tmp_path: Path
     from chebid.simulate import simulate, simulated_table
 
     table_1, study = script("table_1"), script("study")
-    motion = study.find_motion(truth, settings["scara"]["motion"] | {"starts": 1}, duration=4.0, moves=6, seed=0)
+    motion = study.find_motion(
+        truth, settings["scara"]["motion"] | {"starts": 2, "information": 1.25}, duration=4.0, moves=6, seed=0
+    )
     record = simulate(truth, fitted_values(truth), study.reference(motion, 2), seed=0)
     path = tmp_path / "record.csv"
     simulated_table(record, reference=True).to_csv(path, index=False)
