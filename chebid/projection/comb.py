@@ -52,10 +52,7 @@ class Comb:
     @property
     def blended(self) -> slice:
         """Samples of the record that lie between the middle of the first overlap and that of the last."""
-        return slice(
-            self.hop + self.skip,
-            self.hop * (self.count - 1) + self.size - self.hop - self.skip,
-        )
+        return slice(self.hop + self.skip, self.hop * (self.count - 1) + self.size - self.hop - self.skip)
 
     def blend(self, values: Callable[[slice], Array], signals: int) -> Array:
         """Blend (J, ...) of the samples `blended`; `values` gives windows (J, W_b, N_w - 2 skip), their ends left out.

@@ -56,17 +56,10 @@ class Tiles:
     def _likely(self, slope: int, share: float) -> Likely:
         # in cycles per tile: the same shapes, and their modes, on all tiles of that size
         steps, cut = self.x.shape[1] - 1, self.degree / np.pi
-        shape, halves = (
-            Spectrum(slope, share * cut),
-            np.geomspace(max(cut / _RANGE, 0.5), cut, _STEPS),
-        )
+        shape, halves = (Spectrum(slope, share * cut), np.geomspace(max(cut / _RANGE, 0.5), cut, _STEPS))
         score = self._scores(shape, np.asarray(shape.weight(halves, steps))[:, None])
         best = int(np.argmin(score))
-        return Likely(
-            float(score[best]),
-            shape.scaled(steps / self.rate),
-            float(halves[best] * self.rate / steps),
-        )
+        return Likely(float(score[best]), shape.scaled(steps / self.rate), float(halves[best]) * self.rate / steps)
 
     def _scores(self, shape: Spectrum, weights: Array) -> Array:
         """-2 log L / N (P,) for weights (P, 1)."""

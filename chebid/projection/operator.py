@@ -37,10 +37,7 @@ class Operator:
 
     def _check(self) -> None:
         if self.plan.fit not in FITS:
-            raise UsageError(
-                f"unknown fit {self.plan.fit!r}",
-                hint=f"choose one of: {', '.join(FITS)}",
-            )
+            raise UsageError(f"unknown fit {self.plan.fit!r}", hint=f"choose one of: {', '.join(FITS)}")
         first, last = self._bounds
         fewest = int(np.min(last - first))
         most = limit(self.plan.fit, fewest)
