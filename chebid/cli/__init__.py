@@ -1,5 +1,6 @@
 """The command line: options in, one call, one rendering out. No mathematics, and nothing heavy at import time."""
 
+import io
 import os
 import sys
 
@@ -50,10 +51,18 @@ def main() -> None:
 
 
 def _run(arguments: list[str], debug: bool) -> int:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a name that the terminal cannot show is no reason to stop
     try:
-        result = app(args=arguments, prog_name="chebid", standalone_mode=False)
+        # not app(): it has an opinion of its own on closed pipes and interruptions
+        command = typer.main.get_command(app)
+        with command.make_context("chebid", arguments) as context:
+            command.invoke(context)
         sys.stdout.flush()
-        return result if isinstance(result, int) else 0
+        return 0
+    except typer.Exit as stop:
+        return stop.exit_code
     except ChebidError as err:
         if debug:
             raise

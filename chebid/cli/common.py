@@ -1,5 +1,6 @@
 """What all commands share: options, output, warnings."""
 
+import gzip
 import json
 import math
 import os
@@ -48,7 +49,8 @@ Signals = Annotated[
 
 def emit_json(document: Any) -> None:
     """Print one JSON document; NaN and infinity become null."""
-    sys.stdout.write(json.dumps(_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
+    sys.stdout.write(json.dumps(_plain(document), indent=1, ensure_ascii=plain, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:
@@ -112,9 +114,9 @@ def write_table(frame: "pd.DataFrame", path: Path, force: bool) -> None:
     if suffix == ".parquet":
         write_with(path, lambda beside: frame.to_parquet(beside, index=False), force=force)
         return
-    packing = {"method": "gzip", "mtime": 0} if suffix.endswith(".gz") else None
-    separator = _SEPARATORS[suffix]
-    write_with(path, lambda beside: frame.to_csv(beside, sep=separator, index=False, compression=packing), force=force)
+    text = frame.to_csv(sep=_SEPARATORS[suffix], index=False).encode()
+    packed = gzip.compress(text, mtime=0) if suffix.endswith(".gz") else text
+    write_with(path, lambda beside: beside.write_bytes(packed), force=force)
 
 
 def save_figure(figure: Any, path: Path, force: bool) -> None:

@@ -26,10 +26,10 @@ def excite(
     kind: Annotated[str, typer.Option("--kind", metavar="KIND", help="points or fourier.")] = "points",
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Samples of the trajectory.")] = 100.0,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the random starts.", min=0)] = 0,
-    starts: Annotated[int, typer.Option("--starts", metavar="K", help="Optimisations, the best of which counts.")] = 16,
+    starts: Annotated[int, typer.Option("--starts", metavar="K", help="Optimisations, the best of which counts.")] = 8,
     information: Annotated[
         float, typer.Option("--information", metavar="W", help="Weight of fast motion against eq. 23 (0: none).")
-    ] = 1.25,
+    ] = 1.2,
     plot: Plot = None,
     json: Json = False,
     force: Force = False,

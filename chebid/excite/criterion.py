@@ -1,12 +1,13 @@
 """How exciting a motion is: cond(W) + 1/sigma_min(W) (eq. 23; Presse and Gautier, ICRA 1993), and what is optimised.
 
-Eq. 23 by itself is served best by standing still much of the time: the columns sign(dq) of a crawling joint are as
-long as those of a fast one, and balance the others. On the SCARA of the paper such a motion has a criterion of 2.5, and
+Eq. 23 by itself is served best by crawling much of the time: the columns sign(dq) of a crawling joint are as long as
+those of a fast one, and balance the others. On the SCARA of the paper such a motion has a criterion of 2.5, and
 deviations 4 times those of a random fast motion. So the search minimises
 
     log(criterion) - information * log(geometric mean of the singular values of W),
 
-where the second term is that of D-optimal design, and does not depend on units. 0 is eq. 23 alone.
+where the second term is that of D-optimal design and does not depend on units, and where rows of joints slower than a
+gate hardly count: dq^2/(dq^2 + gate^2). With 0 for both it is eq. 23 alone, as which every score is reported.
 """
 
 from dataclasses import dataclass
@@ -33,13 +34,15 @@ class Score:
 class Criterion:
     """The criterion of a model for motions sampled at t (N,) s; W is not weighted.
 
-    `scale`: that of the singular values, where the motion of a log has more samples than t.
+    `scale`: that of the singular values, where the motion of a log has more samples than t; `information`, `gate`
+    ((J,) rad/s or m/s): of the objective.
     """
 
     dynamics: Dynamics
     t: Array
     scale: float = 1.0
     information: float = 0.0
+    gate: Array | float = 0.0
 
     def score(self, state: Array) -> Score:
         """Of a motion (3, N, J): q, dq, ddq."""
@@ -76,6 +79,8 @@ class Criterion:
         else:
             flat = Motion(np.tile(self.t, len(moved)), *np.moveaxis(moved, 1, 0).reshape(3, -1, joints))
             W = self.dynamics.regressor(flat).reshape(len(moved), count, joints, -1)
+        squares = moved[:, 1] ** 2
+        W *= (squares / (squares + self.gate**2 + 1e-300))[..., None]
         return W[0], ((W[1:] - W[0]) / _STEP).reshape(3, joints, *W[0].shape)
 
     def _decompose(self, W: Array) -> tuple[Score, Array]:

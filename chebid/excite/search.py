@@ -18,6 +18,7 @@ KINDS = ("points", "fourier")
 _MOST = 1000  # samples at which the search evaluates the criterion
 _TRIED = 20  # random motions per start, of which the best is improved
 _ITERATIONS = 200
+_CRAWL = 0.005  # of the largest velocity: what is slower hardly counts, and identification leaves it out
 Progress = Callable[[int, int, float], None]
 
 
@@ -48,8 +49,8 @@ def excite(
     kind: str = "points",
     rate: float = 100.0,
     seed: int = 0,
-    starts: int = 16,
-    information: float = 1.25,
+    starts: int = 8,
+    information: float = 1.2,
     progress: Progress | None = None,
 ) -> Excitation:
     """Optimise a motion of the robot of a model file under its limits, on the criterion of eq. 23.
@@ -62,8 +63,8 @@ def excite(
     limits, dynamics = make_limits(model), make_dynamics(model)
     _check(duration, moves, kind, rate, starts, information)
     t = np.arange(round(duration * rate) + 1) / rate
-    step = int(np.ceil(len(t) / _MOST))
-    search = Criterion(dynamics, t[::step], float(np.sqrt(len(t) / len(t[::step]))), information)
+    step, gate = int(np.ceil(len(t) / _MOST)), _CRAWL * limits.velocity
+    search = Criterion(dynamics, t[::step], float(np.sqrt(len(t) / len(t[::step]))), information, gate)
     family = (Points if kind == "points" else Fourier)(limits, float(t[-1]), moves)
     found = _search(search, family, np.random.default_rng(seed), starts, progress)
     if found is None:
@@ -128,7 +129,7 @@ def _check(duration: float, moves: int, kind: str, rate: float, starts: int, inf
     if moves < least:
         raise UsageError(f"moves {moves} is below {least}", hint="9 is usual")
     if starts < 1:
-        raise UsageError(f"starts {starts} is below 1", hint="16 is usual")
+        raise UsageError(f"starts {starts} is below 1", hint="8 is usual")
     if not (0 < duration <= 1e5 and 0 < rate <= 1e5):
         raise UsageError(f"duration {duration} s at {rate} Hz is no motion", hint="such as 8 s at 100 Hz")
     if duration * rate < 10 * moves:
@@ -136,4 +137,4 @@ def _check(duration: float, moves: int, kind: str, rate: float, starts: int, inf
             f"{moves} moves in {duration * rate:.0f} samples", hint="allow more time, fewer moves or a higher rate"
         )
     if not 0 <= information <= 1e3:
-        raise UsageError(f"information {information} is no weight", hint="1.25 is usual, 0 is eq. 23 alone")
+        raise UsageError(f"information {information} is no weight", hint="1.2 is usual, 0 is eq. 23 alone")

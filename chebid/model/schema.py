@@ -289,6 +289,7 @@ def _check_joints(model: Model) -> Iterator[MisfitError]:
             yield MisfitError(("joints", i), "is the name of two joints", name)
     if model.robot.type == "scara" and count != 2:
         yield MisfitError(("joints",), f"a scara has 2 joints, not {count}")
+    yield from _check_gravity(model.robot)
     for key in ("types", "table"):
         entries = getattr(model.robot, key)
         if entries is not None and len(entries) != count:
@@ -296,6 +297,14 @@ def _check_joints(model: Model) -> Iterator[MisfitError]:
     for i, spec in enumerate(model.effects):
         if spec.joint is not None and spec.joint not in model.joints:
             yield MisfitError(("effects", i, "joint"), f"is none of the joints {', '.join(model.joints)}", spec.joint)
+
+
+def _check_gravity(robot: RobotSection) -> Iterator[MisfitError]:
+    """A SCARA moves in a horizontal plane, and independent axes know no weight: nothing would come of it."""
+    felt = {"scara": (robot.gravity or ())[:2], "axes": robot.gravity or ()}.get(robot.type, ())
+    if any(felt):
+        advice = "tilted: add the effect base_tilt" if robot.type == "scara" else "loaded: add the effect offset"
+        yield MisfitError(("robot", "gravity"), f"does not act on a robot of type {robot.type!r}; if it is {advice}")
 
 
 def _check_log(model: Model) -> Iterator[MisfitError]:

@@ -10,15 +10,4 @@ from chebid.projection.plan import FITS, Plan
 from chebid.projection.series import Series
 from chebid.projection.signal import Projection, project
 
-__all__ = [
-    "FITS",
-    "Layout",
-    "Operator",
-    "Plan",
-    "Projection",
-    "Series",
-    "Setting",
-    "from_bandwidth",
-    "plan",
-    "project",
-]
+__all__ = ["FITS", "Layout", "Operator", "Plan", "Projection", "Series", "Setting", "from_bandwidth", "plan", "project"]

@@ -57,8 +57,7 @@ def plan(t: Array, x: Array, setting: Setting) -> Plan:
     """
     if setting.degree is not None and setting.bandwidth is not None:
         raise UsageError(
-            "both a degree and a bandwidth are set",
-            hint="set one of them: degree = pi * bandwidth * duration",
+            "both a degree and a bandwidth are set", hint="set one of them: degree = pi * bandwidth * duration"
         )
     if setting.degree is not None:
         return _from_degree(t, x, setting.degree, setting)
@@ -82,15 +81,7 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
         return _smooth_plan(span, rate, bandwidth, basis)
     degree = max(1, round(np.pi * bandwidth * span))
     if degree <= 3 * np.sqrt(len(t)):
-        return Plan(
-            fit,
-            basis,
-            degree,
-            None,
-            np.inf,
-            degree / (np.pi * span),
-            f"degree = pi {bandwidth:g} Hz T",
-        )
+        return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
     longest = min((_SHARP / (_MARGIN * np.pi * bandwidth)) ** 2 * rate, _WINDOW / (_MARGIN * np.pi * bandwidth))
     window = _fitting(span, max(longest, _FEWEST / rate))
     degree = int(min(_MARGIN * np.pi * bandwidth * window, limit(fit, int(window * rate))))
@@ -104,15 +95,7 @@ def _smooth_plan(span: float, rate: float, bandwidth: float, basis: str) -> Plan
     window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
     degree = int(np.clip(1.5 * np.pi * half_gain * window, 12, limit("smooth", int(window * rate))))
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
-    return Plan(
-        "smooth",
-        basis,
-        degree,
-        window if window < span else None,
-        half_gain,
-        bandwidth,
-        reason,
-    )
+    return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)
 
 
 def _fitting(span: float, window: float) -> float:

@@ -5,6 +5,7 @@ import numpy as np
 from chebid.basis import Array
 
 _UNEVEN = 1e-4  # steps: stamps nearer than this to a uniform grid are uniform, 100 ns at 1 kHz
+_DIGITS = 2  # that rounding may be off: stamps since 1970 have 240 ns
 
 
 def rate_of(t: Array) -> float:
@@ -13,7 +14,8 @@ def rate_of(t: Array) -> float:
 
 
 def is_uniform(t: Array) -> bool:
-    """Whether the stamps are a uniform grid, to a ten-thousandth of a step."""
+    """Whether the stamps are a uniform grid: to a ten-thousandth of a step, or to their last digits."""
     grid = np.linspace(t[0], t[-1], len(t))
     grid -= t
-    return bool(max(grid.max(), -grid.min()) <= _UNEVEN / rate_of(t))
+    digit = float(np.spacing(max(abs(t[0]), abs(t[-1]))))
+    return bool(max(grid.max(), -grid.min()) <= max(_UNEVEN / rate_of(t), min(_DIGITS * digit, 0.01 / rate_of(t))))

@@ -42,19 +42,17 @@ class Comb:
         return int(np.argmax(self.weight > 0))
 
     def repeat(self, values: Array) -> Array:
-        """Values (N_w,) on a window -> (N,) on the record: those of a window where it has the most weight, about."""
-        middle = np.tile(values[self.skip : self.skip + self.hop], self.count)
+        """The same values (N_w,) on every window -> their blend (N,) on the record."""
         if self.count == 1:
             return values
-        return np.concatenate([values[: self.skip], middle, values[self.skip + self.hop :]])
+        alone, inner = self.hop + self.skip, values[self.skip : self.size - self.skip]
+        middle = self.blend(lambda windows: np.broadcast_to(inner, (1, windows.stop - windows.start, len(inner))), 1)
+        return np.concatenate([values[:alone], middle[0], values[-alone:]])
 
     @property
     def blended(self) -> slice:
         """Samples of the record that lie between the middle of the first overlap and that of the last."""
-        return slice(
-            self.hop + self.skip,
-            self.hop * (self.count - 1) + self.size - self.hop - self.skip,
-        )
+        return slice(self.hop + self.skip, self.hop * (self.count - 1) + self.size - self.hop - self.skip)
 
     def blend(self, values: Callable[[slice], Array], signals: int) -> Array:
         """Blend (J, ...) of the samples `blended`; `values` gives windows (J, W_b, N_w - 2 skip), their ends left out.

@@ -6,7 +6,10 @@ sigma^2 / (1 - f), and the rest of the samples is noise. With sigma^2 put where 
     -2 log L / N = log sigma^2 - sum log(1 - f) / N,     sigma^2 = (rest + sum (1 - f) z^2) / N,
 
 N without the free polynomials (Wahba, Ann. Statist. 13, 1985; Rasmussen & Williams, Gaussian Processes, 2006, ch. 5).
-Generalised cross-validation looks at the error of positions only; it chooses the same on average, with more scatter.
+Shapes without a band leave more polynomials free, which the likelihood does not charge: they are preferred unless a
+band explains much more, and do better on motions that are no stationary noise (point to point, stopped by friction).
+
+Generalised cross-validation looks at the error of positions only: it scatters more, and cannot compare shapes.
 """
 
 from dataclasses import dataclass
@@ -53,17 +56,10 @@ class Tiles:
     def _likely(self, slope: int, share: float) -> Likely:
         # in cycles per tile: the same shapes, and their modes, on all tiles of that size
         steps, cut = self.x.shape[1] - 1, self.degree / np.pi
-        shape, halves = (
-            Spectrum(slope, share * cut),
-            np.geomspace(max(cut / _RANGE, 0.5), cut, _STEPS),
-        )
+        shape, halves = (Spectrum(slope, share * cut), np.geomspace(max(cut / _RANGE, 0.5), cut, _STEPS))
         score = self._scores(shape, np.asarray(shape.weight(halves, steps))[:, None])
         best = int(np.argmin(score))
-        return Likely(
-            float(score[best]),
-            shape.scaled(steps / self.rate),
-            float(halves[best] * self.rate / steps),
-        )
+        return Likely(float(score[best]), shape.scaled(steps / self.rate), float(halves[best]) * self.rate / steps)
 
     def _scores(self, shape: Spectrum, weights: Array) -> Array:
         """-2 log L / N (P,) for weights (P, 1)."""

@@ -37,10 +37,7 @@ class Operator:
 
     def _check(self) -> None:
         if self.plan.fit not in FITS:
-            raise UsageError(
-                f"unknown fit {self.plan.fit!r}",
-                hint=f"choose one of: {', '.join(FITS)}",
-            )
+            raise UsageError(f"unknown fit {self.plan.fit!r}", hint=f"choose one of: {', '.join(FITS)}")
         first, last = self._bounds
         fewest = int(np.min(last - first))
         most = limit(self.plan.fit, fewest)
@@ -126,8 +123,12 @@ class Operator:
         return np.ascontiguousarray(self.family.values(tau[: (len(tau) + 1) // 2], self.plan.degree).T)
 
     @single
+    @single
     def noise_gain(self, order: int) -> Array:
-        """Standard deviation (N,) of a derivative at the samples per unit of white noise on them, blends neglected."""
+        """Standard deviation (N,) of a derivative at the samples per unit of white noise on them.
+
+        In blends that of both windows, blended: an upper bound, as their noises are not quite the same.
+        """
         if order not in self._gains:
             orders = (order,) if self._comb else (*{0, 1, 2, order},)  # uneven: every window is made anew
             self._gains.update(zip(orders, self._noise_gains(orders), strict=True))
@@ -136,10 +137,11 @@ class Operator:
     def _noise_gains(self, orders: tuple[int, ...]) -> Array:
         if self._comb is not None:
             return np.stack([self._comb.repeat(gain) for gain in self._window_gains(0, orders)])
-        out = np.empty((len(orders), len(self.t)))
+        out = np.zeros((len(orders), len(self.t)))
         for w in range(self.layout.count):
             where, first = self.layout.active(w, self.t), self._slice(w).start
-            out[:, where] = self._window_gains(w, orders)[:, where.start - first : where.stop - first]
+            gains = self._window_gains(w, orders)[:, where.start - first : where.stop - first]
+            out[:, where] += self.layout.weight(w, self.t[where]) * gains
         return out
 
     def _window_gains(self, window: int, orders: tuple[int, ...]) -> Array:

@@ -67,10 +67,6 @@ def _legendre_products(tau: Array, x: Array, degree: int) -> Array:
     if degree >= 1:
         out[1] = np.sum(jumps * (right**2 / 2 - right**3 / 6), axis=0)
     i = index[2 : degree + 1, None]
-    low, mid, high = (
-        moments[: degree - 1],
-        moments[2 : degree + 1],
-        moments[4 : degree + 3],
-    )
+    low, mid, high = (moments[: degree - 1], moments[2 : degree + 1], moments[4 : degree + 3])
     out[2:] = (low / (2 * i - 1) - mid * (1 / (2 * i - 1) + 1 / (2 * i + 3)) + high / (2 * i + 3)) / (2 * i + 1)
     return out

@@ -14,7 +14,7 @@ TOLERATED_SHARE = 3e-3  # of the acceleration's energy above the cut-off: beyond
 END_FACTOR = 2.0  # an end is where the noise of the derivative is beyond this many times its median
 _DENSE_WORK = 4e9  # operations: a costlier noise profile is replaced by its asymptotic law
 _CYCLES = 16  # of the cut-off in a segment of a spectrum
-_CHANCE = 6.0  # standard deviations of a mean of squares
+_CHANCE = 8.0  # standard deviations of a mean of squares, which has a long tail
 _CLEAR = 3.0  # times the noise: a band of the residual that holds more holds motion
 
 
@@ -71,7 +71,7 @@ def energy_left_out(t: Array, acceleration: Array, residual: Array, bandwidth: f
     for low, high in pairwise(edges):
         band = (f > low) & (f <= high)
         left, noisy = np.sum((weight * power)[band]), noise * np.sum(weight[band])
-        values = max(1.0, np.count_nonzero(band) * len(t) / length)  # independent ones, as the taper overlaps them
+        values = max(1.0, np.count_nonzero(band) * len(t) / length / 2)  # independent ones: the taper joins neighbours
         lost += left - noisy if left > (_CLEAR + _CHANCE / np.sqrt(values)) * noisy else 0.0
     kept = float(np.mean((acceleration / scale) ** 2))
     return float(lost / (lost + kept)) if lost > 0 else 0.0

@@ -67,7 +67,7 @@ class Projection:
     @cached_property
     def energy_left_out(self) -> float:
         """Share of the acceleration's energy above the bandwidth, noise removed."""
-        where = self._inside
+        where = inside(self.operator, 2)
         parts = self.t[where], self.at(self.t, 2)[where], self.residual[where]
         return energy_left_out(*parts, self.plan.bandwidth, noise_floor(self.x, rate_of(self.t)))
 

@@ -29,6 +29,7 @@ MARGIN = 1e-12  # of all torques on a joint, by which its load must exceed the l
 OK, NOT_POSITIVE, NOT_FINITE, TOO_MANY_EVENTS, STEP_TOO_SMALL, NO_FIXED_POINT = 0, 1, 2, 3, 4, 5
 _ITERATIONS = 100
 _EVENTS = 10_000  # within one control period
+_FAR = 1e9  # rad or m, and s: no motion
 
 Q, V, A = 0, 1, 2  # rows of a state
 # rows of the work space: torques of the drive, bias, effects that are not dry; level of dry friction; friction of
@@ -201,8 +202,10 @@ def _accelerate(s, t, x, decide):  # type: ignore[no-untyped-def]
     """
     w, mode = s.w, s.mode
     rests = False
-    for j in range(len(mode) if decide else 0):
-        if mode[j] != FREE:
+    for j in range(len(mode)):
+        if not (abs(x[Q, j]) < _FAR and abs(x[V, j]) < _FAR):
+            return NOT_FINITE
+        if decide and mode[j] != FREE:
             mode[j] = 0 if x[V, j] == 0 else (1 if x[V, j] > 0 else -1)
             rests = rests or mode[j] == 0
     _rigid(s, t, x)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect
-from chebid.effects.forward import CHANNELS, FORWARDS, forward_form
+from chebid.effects.forward import CHANNELS, FORWARDS, TWO_MASSES, forward_form
 from chebid.errors import InputError, Place, UsageError
 from chebid.robots import Array, Axes, Robot, Scara
 from chebid.simulate import kernel, plants
@@ -77,14 +77,14 @@ def compiled_effects(dynamics: Dynamics, theta: Array) -> Iterator[tuple[tuple[A
         for effect, p in dynamics.terms(theta):
             if effect.name in CHANNELS:
                 continue
-            acting = _acting(effect, p, dynamics.rigid(theta), stack)
-            if acting.function not in functions:
-                functions.append(acting.function)
-            for joint in effect.rows(count):
-                flags = (kernel.DRY if acting.dry else 0) | acting.needs(joint, count)
-                rows.append((functions.index(acting.function), joint, flags))
-                inputs.append((acting.p, acting.h))
-                mode[joint] = 0 if acting.dry else mode[joint]
+            for acting in _acting(effect, p, dynamics.rigid(theta), stack):
+                if acting.function not in functions:
+                    functions.append(acting.function)
+                for joint in effect.rows(count):
+                    flags = (kernel.DRY if acting.dry else 0) | acting.needs(joint, count)
+                    rows.append((functions.index(acting.function), joint, flags))
+                    inputs.append((acting.p, acting.h))
+                    mode[joint] = 0 if acting.dry else mode[joint]
         if len(functions) > kernel.SLOTS:
             raise UsageError(f"has {len(functions)} different effects", hint=f"simulate at most {kernel.SLOTS}")
         table = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()
@@ -121,14 +121,41 @@ class _Acting:
         return flags
 
 
-def _acting(effect: Effect, p: Array, rigid: Array, stack: ExitStack) -> _Acting:
-    try:
-        function, dry = forward_form(effect, rigid)
-    except UsageError as err:
-        place = Place(key="effects", value=effect.name)
-        raise InputError(err.message, hint="leave it out of a copy of the model file", place=place) from None
+def _acting(effect: Effect, p: Array, rigid: Array, stack: ExitStack) -> list[_Acting]:
+    """An effect as one function, or, in Python, as two: what turns with the direction of motion, and the rest."""
+    if effect.memory or effect.name in TWO_MASSES:
+        raise InputError(
+            "cannot act in a simulation: it is no torque of one instant",
+            hint="leave it out of a copy of the model file, and simulate that",
+            place=Place(key="effects", value=effect.name),
+        )
+    function, dry = forward_form(effect, rigid)
     if effect.forward in FORWARDS:
-        return _Acting(function, dry, p, effect.vector())
-    number = plants.register_effect(lambda *state: function(*state, p, None))
+        return [_Acting(function, dry, p, effect.vector())]
+
+    def torque(*state: Any) -> float:
+        return function(*state, p, None)
+
+    if effect.joint is None or effect.joint not in effect.signs:
+        return [_in_python(torque, False, stack)]
+    return [_in_python(_half(torque, -1), True, stack), _in_python(_half(torque, 1), False, stack)]
+
+
+def _in_python(torque: plants.PythonEffect, dry: bool, stack: ExitStack) -> _Acting:
+    number = plants.register_effect(torque)
     stack.callback(plants.release_effect, number)
-    return _Acting(plants.python_effect, dry or effect.joint in effect.signs, np.array([float(number)]), np.zeros(0))
+    return _Acting(plants.python_effect, dry, np.array([float(number)]), np.zeros(0))
+
+
+def _half(torque: plants.PythonEffect, parity: int) -> plants.PythonEffect:
+    """Half the torque moving forward and half that moving backward, added (parity 1) or subtracted (-1)."""
+
+    def half(t: float, q: Array, dq: Array, ddq: Array, tau: Array, joint: int) -> float:
+        ends = []
+        for way in (1, -1):
+            moving = dq.copy()
+            moving[joint] = way * max(abs(dq[joint]), 1e-300)
+            ends.append(torque(t, q, moving, ddq, tau, joint))
+        return (ends[0] + parity * ends[1]) / 2
+
+    return half

@@ -1,0 +1,130 @@
+"""Table 1, figure 7 and the Monte-Carlo page: their scripts on small inputs, against what is known."""
+
+import importlib.util
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+from chebid.model import read_model
+from chebid.results import fitted_values
+from chebid.simulate import Reference
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def script() -> Callable[[str], ModuleType]:
+    folder = ROOT / "workflow" / "scripts"
+
+    def load(name: str) -> ModuleType:
+        sys.path.insert(0, str(folder))
+        try:
+            spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
+            assert spec and spec.loader
+            module = importlib.util.module_from_spec(spec)
+            sys.modules[name] = module
+            spec.loader.exec_module(module)
+        finally:
+            sys.path.remove(str(folder))
+        return module
+
+    return load
+
+
+@pytest.fixture(scope="module")
+def settings() -> dict:
+    return yaml.safe_load((ROOT / "config" / "paper.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return read_model(ROOT / "config" / "scara.yaml")
+
+
+def move(duration: float = 1.0, rate: float = 100.0) -> Reference:
+    """One move of both joints and back."""
+    t = np.arange(round(2 * duration * rate) + 1) / rate
+    x = np.where(t <= duration, t, 2 * duration - t) / duration
+    sign = np.where(t <= duration, 1.0, -1.0)
+    s, ds, dds = x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2, 60 * x * (1 - x) * (1 - 2 * x)
+    columns = [np.column_stack([y, 2 * y]) for y in (s, sign * ds / duration, dds / duration**2)]
+    return Reference(t, *columns)
+
+
+def test_the_prior_is_not_the_truth(script, truth) -> None:
+    study = script("study")
+    one, other = (study.with_prior(truth, 0.3, seed) for seed in (1, 2))
+    off = fitted_values(one) / fitted_values(truth) - 1
+    assert np.all(np.abs(off) <= 0.3) and np.all(np.abs(off) > 1e-6)
+    assert not np.allclose(fitted_values(one), fitted_values(other))
+    assert np.array_equal(fitted_values(one), fitted_values(study.with_prior(truth, 0.3, 1)))
+
+
+def test_a_motion_keeps_to_its_share_of_the_limits(script, truth) -> None:
+    table = script("study").find_motion(
+        truth, {"information": 1.25, "share": 0.5, "starts": 1, "rate": 50}, duration=3.0, moves=4, seed=0
+    )
+    for joint, velocity, acceleration in ((1, 4, 12), (2, 8, 40)):
+        # between samples a little more; limits themselves are tested where they are made
+        assert table[f"dq{joint}"].abs().max() <= 0.5 * velocity * 1.001
+        assert table[f"ddq{joint}"].abs().max() <= 0.5 * acceleration * 1.001
+
+
+def test_rests_are_put_where_all_joints_stop(script) -> None:
+    motion = move()
+    longer = script("monte_carlo_cases").rests(motion, 0.5)
+    assert len(longer.t) == len(motion.t) + 100  # at the turn and at the end
+    assert np.abs(np.diff(longer.q, axis=0)).max() <= np.abs(np.diff(motion.q, axis=0)).max()
+    assert np.sum(np.all(longer.dq == 0, axis=1)) >= 100
+
+
+def test_summary_of_known_errors(script) -> None:
+    values = [9.0, 11.0, 12.0, 8.0]
+    table = pd.DataFrame(
+        {"record": "r", "method": "m", "parameter": "p", "seed": range(4), "truth": 10.0, "value": values}
+    ).assign(sd=0.6, sd_eq26=0.4)
+    row = script("monte_carlo_page").summary(table, ["record", "method", "parameter"]).iloc[0]
+    assert row.bias == pytest.approx(0.0)
+    assert row.rmse == pytest.approx(100 * np.sqrt(2.5) / 10)
+    assert row.coverage == 0.5  # within 1.96 x 0.6
+    assert row.coverage_eq26 == 0.0
+    assert row.seeds == 4
+
+
+def test_every_case_is_explained(script) -> None:
+    assert set(script("monte_carlo_page").ABOUT) == set(script("monte_carlo_cases").CASES)
+
+
+def test_table_1_prints_the_paper_with_its_contradictions(script, tmp_path: Path, settings: dict, truth) -> None:
+    """A short record, through the same scripts as the workflow."""
+    from chebid.simulate import simulate, simulated_table
+
+    table_1, study = script("table_1"), script("study")
+    motion = study.find_motion(
+        truth, settings["scara"]["motion"] | {"starts": 2, "information": 1.25}, duration=4.0, moves=6, seed=0
+    )
+    record = simulate(truth, fitted_values(truth), study.reference(motion, 2), seed=0)
+    path = tmp_path / "record.csv"
+    simulated_table(record, reference=True).to_csv(path, index=False)
+    frame = table_1.table(settings["scara"], path)
+    assert len(frame) == 48 and frame.notna().all(axis=None)
+    inertias = frame[frame.parameter.isin(["ZZR1", "ZZ2", "LMX2"])]
+    assert (inertias.value / inertias.truth - 1).abs().max() < 0.05
+    page, tex = table_1.markdown(frame), table_1.latex(frame)
+    lines = [line for line in page.splitlines() if line.startswith("|")]
+    assert {line.count("|") for line in lines} == {11}
+    assert "| iv | published | 3.45 | 0.02 | 0.82 | 0.061 | 0.125 | 0.014 | 0.01 | 0.135 |" in lines
+    assert "|  | published % sd | 0.5 | 25 | 5 | 0.4 | 5<sup>a</sup> | 0.4<sup>a</sup> | 30 | 7 |" in lines
+    assert all(line.count("&") == 9 for line in tex.splitlines() if line.endswith(r"\\"))
+
+
+def test_records_named_in_the_settings_exist(settings: dict) -> None:
+    assert set(settings["monte_carlo"]["records"]) <= set(settings["scara"]["motions"])
+    json.dumps(settings)
