@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rigs import CONTROL, QUIET, TRUE, run, scara, slide, values, waves
 from scipy.integrate import solve_ivp
+from scipy.interpolate import BPoly
 
 from chebid.dynamics import make_dynamics
 from chebid.effects import Motion
@@ -198,6 +199,18 @@ def test_zero_order_hold_and_control_law():
     np.testing.assert_array_equal(
         dense.torque[:-1].reshape(-1, 10, 2)[:, 1:] - dense.torque[:-1].reshape(-1, 10, 2)[:, :1], 0
     )
+
+
+@pytest.mark.parametrize("orders", [2, 3])
+def test_a_reference_is_its_hermite_polynomial(orders):
+    """scipy builds it interval by interval; numbers of order 1 / step^2 = 4e4 lose five digits of sixteen."""
+    random = np.random.default_rng(0)
+    t = np.concatenate([[0.0], np.cumsum(random.uniform(0.005, 0.015, 50))])
+    known = random.standard_normal((51, orders, 2))
+    at = random.uniform(0, t[-1], 300)
+    slow = BPoly.from_derivatives(t, known)
+    made = Reference(t, *np.moveaxis(known, 1, 0)).at(at)
+    np.testing.assert_allclose(made, [slow(at), slow.derivative()(at)], rtol=0, atol=1e-10)
 
 
 def test_starts_with_the_velocity_of_the_reference():

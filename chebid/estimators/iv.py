@@ -6,7 +6,6 @@ settles. The rows are those of `poly`, and Z passes through the same gate and th
 """
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from chebid.basis import Array
 from chebid.effects import Motion
@@ -82,17 +81,9 @@ def _simulated(problem: Problem, track: Track, reference: Motion, theta: Array) 
     """The noise-free motion at the instants of a track."""
     from chebid.simulate import Options, Reference, simulate
 
-    class Commanded(Reference):
-        """All intervals at once: cubic, which is as good at the instants of a log and a hundred times faster."""
-
-        def at(self, t: Array) -> Array:
-            curve = CubicHermiteSpline(self.t, self.q, self.dq)
-            inside = np.clip(t, self.t[0], self.t[-1])
-            return np.stack([curve(inside), curve.derivative()(inside)])
-
     start = reference.t[0]
     model = problem.model.model_copy(update={"sensors": SensorsSection()})
-    command = Commanded(reference.t - start, reference.q, reference.dq)
+    command = Reference(reference.t - start, reference.q, reference.dq)
     made = simulate(model, theta, command, options=Options(rate=track.record.rate, noise="none"))
     at = track.motion.t
     q, dq, ddq = (

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import BPoly
+from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from chebid.errors import InputError, Place
 from chebid.formats import Table, read_table
@@ -41,10 +41,21 @@ class Reference:
 
     def at(self, t: Array) -> Array:
         """Positions and velocities (2, K, J) at instants t (K,) s within the motion."""
-        known = [self.q, self.dq] + ([] if self.ddq is None else [self.ddq])
-        curve = BPoly.from_derivatives(self.t, np.stack(known, axis=1))
+        curve = CubicHermiteSpline(self.t, self.q, self.dq) if self.ddq is None else self._quintic(self.ddq)
         inside = np.clip(t, self.t[0], self.t[-1])
         return np.stack([curve(inside), curve.derivative()(inside)])
+
+    def _quintic(self, ddq: Array) -> PPoly:
+        """Degree 5 between samples, from position, velocity and acceleration at both ends; all intervals at once."""
+        h = np.diff(self.t)[:, None]
+        # what is left at the end of an interval of a motion with the acceleration of its start
+        a = np.diff(ddq, axis=0)
+        v = np.diff(self.dq, axis=0) - h * ddq[:-1]
+        q = np.diff(self.q, axis=0) - h * self.dq[:-1] - h**2 / 2 * ddq[:-1]
+        cubic = (10 * q / h**2 - 4 * v / h + a / 2) / h
+        quartic = (-15 * q / h**2 + 7 * v / h - a) / h**2
+        quintic = (6 * q / h**2 - 3 * v / h + a / 2) / h**3
+        return PPoly(np.stack([quintic, quartic, cubic, ddq[:-1] / 2, self.dq[:-1], self.q[:-1]]), self.t)
 
 
 def read_reference(path: str | Path, model: Model) -> Reference:

@@ -28,5 +28,7 @@ rule publish:
         accept="--accept" if config["accept"] else "",
     log:
         f"{OUT}/logs/publish_{{name}}.log",
+    wildcard_constraints:
+        name="|".join(CHECKED),
     run:
         shell("{PYTHON} {input.script} {input.made} --to {output} {params.accept} > {log} 2>&1")

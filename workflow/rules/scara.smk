@@ -9,9 +9,6 @@ STUDY = [f"{SCRIPTS}/study.py", *sources("*.py", "robots/*.py", "effects/*.py", 
 ESTIMATION = sources("projection/*.py", "equations/*.py", "estimators/*.py", "log/*.py")
 
 
-ruleorder: publish_page > publish
-
-
 rule motion:
     input:
         STUDY,
@@ -98,19 +95,16 @@ rule figure_7:
 
 rule publish_page:
     input:
-        lambda wildcards: (
-            f"{OUT}/check/{wildcards.name}.txt" if wildcards.suffix == "csv" or wildcards.name == "table_1" else []
-        ),
+        lambda wildcards: f"{OUT}/check/table_1.txt" if wildcards.page.startswith("table_1") else [],
         script=f"{SCRIPTS}/publish.py",
-        made=f"{FIGURES}/{{name}}.{{suffix}}",
+        made=f"{FIGURES}/{{page}}",
     output:
-        update(f"{config['reference']}/{{name}}.{{suffix}}"),
+        update(f"{config['reference']}/{{page}}"),
     params:
         accept="--accept" if config["accept"] else "",
     log:
-        f"{OUT}/logs/publish_{{name}}_{{suffix}}.log",
+        f"{OUT}/logs/publish_{{page}}.log",
     wildcard_constraints:
-        name="table_1|monte_carlo",
-        suffix="md|tex|csv",
+        page=r"table_1\.(csv|md|tex)|monte_carlo\.md",  # figures with pictures: rule publish
     run:
         shell("{PYTHON} {input.script} {input.made} --to {output} {params.accept} > {log} 2>&1")
