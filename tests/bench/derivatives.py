@@ -3,9 +3,9 @@
     python -m tests.bench.derivatives [--seeds N] [--duration S] [--signal NAME ...] [--worst R]
 
 Every peer gets, for every record, and for the whole of it and its inner 90 % apart, the settings of its grid that come
-closest to the true acceleration, which no user has; chebid gets the samples. Errors are ||estimate - truth|| / ||truth||
-in %, root mean square over the seeds; the ratio is chebid's over that of the best peer. The first table is the multisine,
-the others are the other motions of `signals`. With --worst, 1 is returned when a ratio of the first table is above it.
+closest to the true acceleration, which no user has; chebid gets samples. Errors, ||estimate - truth|| / ||truth||, in
+%, are root mean squares over the seeds; the ratio is chebid's over that of the best peer. The first table is of the
+multisine, the rest of the other motions in `signals`. With --worst R a ratio above R in the first table exits with 1.
 
 Peers beyond scipy are used when they are there: python -m pip install pynumdiff
 """
