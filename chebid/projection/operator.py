@@ -123,7 +123,6 @@ class Operator:
         return np.ascontiguousarray(self.family.values(tau[: (len(tau) + 1) // 2], self.plan.degree).T)
 
     @single
-    @single
     def noise_gain(self, order: int) -> Array:
         """Standard deviation (N,) of a derivative at the samples per unit of white noise on them.
 

@@ -2,8 +2,8 @@
 
     python -m tests.bench.speed [--quick] [--plot FILE]
 
-1. Least squares on N samples, degree n, against numpy.polynomial.chebyshev.chebfit. `first` is the first projection on a
-   grid, `again` that of a further signal, `uneven` one on stamps without any order.
+1. Least squares on N samples, degree n, against numpy.polynomial.chebyshev.chebfit. `first` is the first projection on
+   a grid, `again` that of a further signal, `uneven` one on stamps without any order.
 2. Memory of a projection: growth of the peak resident size, each in a process of its own.
 3. Position, velocity and acceleration of a million samples, all chosen from the data, against a Butterworth filter
    (scipy sosfiltfilt) and two gradients, which somebody must have set; and with a bandwidth that is set.
