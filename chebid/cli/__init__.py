@@ -6,13 +6,16 @@ import sys
 
 import typer
 
+from chebid.cli.add import add
 from chebid.cli.compare import compare
 from chebid.cli.derive import derive
+from chebid.cli.diagnose import diagnose
 from chebid.cli.excite import excite
 from chebid.cli.freqresp import freqresp
 from chebid.cli.identify import identify
 from chebid.cli.predict import predict
 from chebid.cli.project import project
+from chebid.cli.refine import refine
 from chebid.cli.simulate import simulate
 from chebid.errors import ChebidError
 
@@ -25,7 +28,7 @@ app = typer.Typer(
     help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
     epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
 )
-for command in (project, derive, identify, freqresp, predict, compare, excite, simulate):
+for command in (project, derive, identify, freqresp, predict, compare, diagnose, add, refine, excite, simulate):
     app.command()(command)
 
 

@@ -42,6 +42,7 @@ Bandwidth = Annotated[
 Rate = Annotated[
     float | None, typer.Option("--rate", metavar="HZ", help="Sampling rate of a log without a time column.")
 ]
+Seed = Annotated[int, typer.Option("--seed", metavar="N", help="Of everything random.", min=0)]
 Signals = Annotated[
     list[str] | None, typer.Option("--signal", "-s", metavar="NAME", help="Column to use; repeat for several.")
 ]

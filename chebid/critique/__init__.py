@@ -1,1 +1,30 @@
 """Where a model fails, on what its error depends, which effects explain it, and how surely."""
+
+from chebid.critique.diagnosis import Case, Diagnosis, diagnose
+from chebid.critique.document import diagnosis_document, effect_document, refinement_document
+from chebid.critique.evidence import Held
+from chebid.critique.found import Found
+from chebid.critique.kinds import candidate_kinds
+from chebid.critique.refine import Refinement, Step, held_covariance, refine, settle_hyper
+from chebid.critique.verdict import Verdict
+from chebid.critique.words import label, message
+
+__all__ = [
+    "Case",
+    "Diagnosis",
+    "Found",
+    "Held",
+    "Refinement",
+    "Step",
+    "Verdict",
+    "candidate_kinds",
+    "diagnose",
+    "diagnosis_document",
+    "effect_document",
+    "held_covariance",
+    "label",
+    "message",
+    "refine",
+    "refinement_document",
+    "settle_hyper",
+]

@@ -1,13 +1,13 @@
 """Candidates: every effect of the library on every joint, scored against chance.
 
-    score = gain / 2 - (m / 2) ln R - ln(settings tried) - threshold
+    score = sum over joints of (R_j / 2) ln(RSS before / RSS after) - (m / 2) ln R - ln(settings tried) - threshold
 
-gain: drop of the whitened squared residual; m columns; R rows: half the Bayesian information criterion (Schwarz, Ann.
-Stat. 6, 1978). The threshold is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn
-on these very rows: a positive score is more than the luckiest of so many candidates.
+m columns, R rows, R_j of joint j: half the Bayesian information criterion (Schwarz, Ann. Stat. 6, 1978). The threshold
+is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn on these very rows: a positive
+score is more than the luckiest of so many candidates.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ import scipy.optimize
 
 from chebid.basis import Array
 from chebid.critique.evidence import Evidence, Judged
-from chebid.effects import Effect, all_effects
+from chebid.effects import Effect
 
 _CHANCE = 0.98
 _DRAWS = 200
@@ -42,54 +42,62 @@ class Candidate:
         return self.effect.name, self.effect.joint
 
 
-def rank(evidence: Evidence, seed: int = 0) -> list[Candidate]:
-    """All candidates that are not in the model, best first."""
-    families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence)]
+@dataclass(frozen=True)
+class Ranking:
+    """All candidates, best first. `threshold`: what the luckiest of them reaches on noise, taken off every score."""
+
+    candidates: tuple[Candidate, ...]
+    threshold: float
+
+
+def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool = False, seed: int = 0) -> Ranking:
+    """Every effect of `kinds` on every joint; those that the model has only if `present` ones can have changed."""
+    families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence, kinds, present)]
     families = [family for family in families if any(j.basis.shape[1] for j in family)]
     threshold = _threshold(evidence, families, seed)
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
-    refined = [_refine(evidence, candidate) for candidate in found[:_REFINED]]
-    return sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)
+    refined = [refined_candidate(evidence, candidate) for candidate in found[:_REFINED]]
+    return Ranking(tuple(sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)), threshold)
 
 
-def _families(evidence: Evidence) -> Iterator[list[Effect]]:
-    """Settings worth trying of every effect on every joint, without those that the model has."""
-    library, _ = all_effects()
+def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bool) -> Iterator[list[Effect]]:
+    """Settings worth trying of every effect on every joint."""
     joints = range(len(evidence.dynamics.joints))
-    present = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
-    for name, kind in library.items():
+    own = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
+    for name, kind in kinds.items():
         for joint in [None] if kind.whole_arm else joints:
-            if (name, joint) not in present:
-                settings = kind.candidates(evidence.trusted, joint, float(evidence.gate[joint or 0]))
+            if present or (name, joint) not in own:
+                settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
                 if settings:
                     yield list(settings)
 
 
-def _penalty(evidence: Evidence, judged: Judged, settings: int) -> float:
-    rows = len(evidence.rows.Y)
-    return judged.basis.shape[1] / 2 * np.log(rows) + np.log(settings)
+def penalty(evidence: Evidence, columns: int, settings: int) -> float:
+    """What a candidate has to gain before it is worth its columns and the settings that were tried."""
+    return float(columns / 2 * np.log(len(evidence.rows.Y)) + np.log(settings))
 
 
 def _best(evidence: Evidence, family: list[Judged], threshold: float) -> Candidate:
-    best = max(family, key=lambda j: j.gain - 2 * _penalty(evidence, j, 1))
-    return Candidate(best, len(family), best.gain / 2 - _penalty(evidence, best, len(family)) - threshold)
+    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j.basis.shape[1], 1))
+    score = evidence.worth(best.basis) - penalty(evidence, best.basis.shape[1], len(family)) - threshold
+    return Candidate(best, len(family), score)
 
 
 def _threshold(evidence: Evidence, families: list[list[Judged]], seed: int) -> float:
     """Score (before threshold) that the best candidate exceeds on white noise in one of 1 / (1 - chance) draws."""
-    noise = np.random.default_rng(seed).standard_normal((len(evidence.rows.Y), _DRAWS))
+    noise = np.random.default_rng(seed).standard_normal((len(evidence.residual), _DRAWS))
     best = np.zeros(_DRAWS)
     for family in families:
         for judged in family:
             gain = np.sum((judged.basis.T @ noise) ** 2, axis=0)
-            best = np.maximum(best, gain / 2 - _penalty(evidence, judged, len(family)))
+            best = np.maximum(best, gain / 2 - penalty(evidence, judged.basis.shape[1], len(family)))
     return float(np.quantile(best, _CHANCE))
 
 
-def _refine(evidence: Evidence, candidate: Candidate) -> Candidate:
+def refined_candidate(evidence: Evidence, candidate: Candidate) -> Candidate:
     """The candidate with its continuous hyper-parameters moved to where the gain is largest."""
     effect = candidate.effect
-    bounds = type(effect).refinable(evidence.trusted, effect.joint, float(evidence.gate[effect.joint or 0]))
+    bounds = type(effect).refinable(evidence.trusted, effect.joint, float(evidence.ground.gate[effect.joint or 0]))
     bounds = {name: limits for name, limits in bounds.items() if effect.hyper.get(name) is not None}
     if not bounds:
         return candidate
@@ -110,7 +118,11 @@ def _refine(evidence: Evidence, candidate: Candidate) -> Candidate:
     scipy.optimize.minimize(
         loss, unit, method="Nelder-Mead", options={"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 1e-3}
     )
-    return replace(candidate, judged=best, score=candidate.score + (best.gain - candidate.judged.gain) / 2)
+    return replace(
+        candidate,
+        judged=best,
+        score=candidate.score + evidence.worth(best.basis) - evidence.worth(candidate.judged.basis),
+    )
 
 
 def _away(unit: Array) -> Array:

@@ -8,8 +8,10 @@ the columns of the model, so that the gain of a candidate is the squared length 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
@@ -39,33 +41,50 @@ class Judged:
     gain: float
 
 
-class Evidence:
-    """Whitened rows of a problem: the model's columns, the residual, and the means to add columns."""
+@dataclass(frozen=True)
+class Held:
+    """What is known of the parameters beforehand: values (P,) and covariance (P, P), in the order of the model's."""
 
-    def __init__(self, problem: Problem, dynamics: Dynamics | None = None, deviation: Array | None = None) -> None:
+    theta: Array
+    covariance: Array
+
+
+class Ground:
+    """What all models of the same logs have in common: wide tracks, gate, band and test functions."""
+
+    def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        self.dynamics = dynamics or problem.dynamics
         self.tracks = [_widened(track, problem) for track in problem.tracks]
         self.gate = problem.gate
         rate = min(track.rate for track in self.tracks)
         self.band = min(max(_WIDER * problem.band.frequency, _AT_LEAST), _NYQUIST * rate)
-        self.rows: Rows = measured_rows(self.tracks, self.dynamics, self.gate, self.band)
-        self._deviation = deviation
+        self.used = [moving(track, self.gate) for track in self.tracks]
+        self.functions: list[list[Functions]] = [
+            list(moving_functions(track, used, track.valid, self.band))
+            for track, used in zip(self.tracks, self.used, strict=True)
+        ]
 
     @cached_property
-    def functions(self) -> list[list[Functions]]:
-        """The test functions of every track."""
-        used = [moving(track, self.gate) for track in self.tracks]
-        return [
-            list(moving_functions(track, mask, track.valid, self.band))
-            for track, mask in zip(self.tracks, used, strict=True)
-        ]
+    def sharp(self) -> list[Array]:
+        """Accelerations (N, J) of every track, projected on 0.7 of the bandwidth."""
+        return [np.column_stack([_below(p, track.motion.t) for p in track.projections]) for track in self.tracks]
+
+
+class Evidence:
+    """Whitened rows of a model on its logs: the model's columns, the residual, and the means to add columns.
+
+    With `held`, the parameters are not free: what is known of them beforehand stands as P more rows below the others.
+    """
+
+    def __init__(self, ground: Ground, dynamics: Dynamics | None = None, held: Held | None = None) -> None:
+        self.ground = ground
+        self.dynamics = dynamics or ground.problem.dynamics
+        self.rows: Rows = measured_rows(ground.tracks, self.dynamics, ground.gate, ground.band)
+        self._held = held
 
     @cached_property
     def deviation(self) -> Array:
         """Deviation (R,) of the noise of each row."""
-        if self._deviation is not None:
-            return self._deviation
         return noise_profile(self.rows, self.rows.Y - self.rows.W @ self._start)
 
     @cached_property
@@ -75,27 +94,40 @@ class Evidence:
         return np.asarray(np.linalg.lstsq(self.rows.W * scale[:, None], self.rows.Y * scale)[0])
 
     @cached_property
+    def system(self) -> tuple[Array, Array]:
+        """Whitened W (R, P) and Y (R,), with the rows of what is known beforehand."""
+        W, Y = self.rows.W / self.deviation[:, None], self.rows.Y / self.deviation
+        if self._held is None:
+            return W, Y
+        root = _inverse_root(self._held.covariance)
+        return np.vstack([W, root]), np.concatenate([Y, root @ self._held.theta])
+
+    def padded(self, rows: NDArray[Any]) -> Array:
+        """Rows (R0, ...) of the logs with zeros for those of what is known beforehand."""
+        more = len(self.system[1]) - len(rows)
+        return np.concatenate([rows, np.zeros((more, *rows.shape[1:]))]) if more else rows
+
+    @cached_property
     def model(self) -> Array:
         """Orthonormal basis (R, P + J) of the whitened columns of the model and of the edge of the projection."""
-        W = np.hstack([self.rows.W / self.deviation[:, None], self._edge])
+        W = np.hstack([self.system[0], self.padded(self.edge)])
         W = W[:, np.linalg.norm(W, axis=0) > 0]
         q, r = np.linalg.qr(W / np.linalg.norm(W, axis=0))
         kept = np.abs(np.diag(r)) > 1e-10
         return q[:, kept]
 
     @cached_property
-    def _edge(self) -> Array:
+    def edge(self) -> Array:
         """Whitened rows (R, J): torque of the accelerations near the edge of each joint's bandwidth.
 
         What a projection takes off there looks like a flexible joint; with these columns in the model it cannot.
         """
         columns = []
-        for track, motion in zip(self.tracks, self.motions, strict=True):
-            sharp = np.column_stack([_below(p, motion.t) for p in track.projections])
+        for sharp, motion in zip(self.ground.sharp, self.motions, strict=True):
             joints = np.arange(sharp.shape[1])
             edges = [np.where(joints == j, motion.ddq - sharp, 0.0) for j in joints]
             columns.append(np.stack([self._inertial(motion, edge) for edge in edges], axis=2))
-        return self.project(columns)
+        return self._whitened(columns)
 
     def _inertial(self, motion: Motion, ddq: Array) -> Array:
         """Torque (N, J) of accelerations (N, J) beside those of the motion."""
@@ -108,41 +140,44 @@ class Evidence:
     @cached_property
     def residual(self) -> Array:
         """Whitened residual (R,)."""
-        y = self.rows.Y / self.deviation
+        y = self.system[1]
         return y - self.model @ (self.model.T @ y)
 
     @cached_property
     def theta(self) -> Array:
         """Parameters (P,) of the model on these rows."""
-        scale = 1 / self.deviation
-        return np.asarray(np.linalg.lstsq(self.rows.W * scale[:, None], self.rows.Y * scale)[0])
+        return np.asarray(np.linalg.lstsq(*self.system)[0])
 
     @cached_property
     def motions(self) -> list[Motion]:
         """The motion of every track, with the model's own torque in it."""
-        return [self.dynamics.prepare(track.motion, self.theta) for track in self.tracks]
+        return [self.dynamics.prepare(track.motion, self.theta) for track in self.ground.tracks]
 
     @cached_property
     def trusted(self) -> Motion:
         """All samples that are used on some joint, for the ranges of hyper-parameters."""
         parts = []
-        for track, motion in zip(self.tracks, self.motions, strict=True):
-            used = np.flatnonzero(np.any(moving(track, self.gate), axis=1))
+        for used, motion in zip(self.ground.used, self.motions, strict=True):
+            at = np.flatnonzero(np.any(used, axis=1))
             tau = motion.tau if motion.tau is not None else self.dynamics.torque(motion, self.theta)
-            parts.append([x[used] for x in (motion.t, motion.q, motion.dq, motion.ddq, tau)])
+            parts.append([x[at] for x in (motion.t, motion.q, motion.dq, motion.ddq, tau)])
         t, q, dq, ddq, tau = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         return Motion(t, q, dq, ddq, tau, self.dynamics.rigid(self.theta))
 
     def project(self, columns: Sequence[Array]) -> Array:
         """Whitened rows (R, K) of columns (N, J, K) given for every track."""
-        return np.concatenate(self._project_each(columns)) / self.deviation[:, None]
+        return self.padded(self._whitened(columns))
 
-    def _project_each(self, columns: Sequence[Array]) -> list[Array]:
+    def _whitened(self, columns: Sequence[Array]) -> Array:
         out = []
-        for fs, x in zip(self.functions, columns, strict=True):
-            made = [f.rows(x[f.piece]) for f in fs]
+        for functions, x in zip(self.ground.functions, columns, strict=True):
+            made = [f.rows(x[f.piece]) for f in functions]
             out.append(np.concatenate([part[j] for j in range(self.rows.joints) for part in made]))
-        return out
+        return np.concatenate(out) / self.deviation[:, None]
+
+    def columns(self, effect: Effect) -> Array:
+        """Whitened rows (R, k) of an effect, per unit of each parameter."""
+        return self.project([self.dynamics.block(effect, motion) for motion in self.motions])
 
     def beside(self, rows: Array) -> Array:
         """Orthonormal basis (R, m) of what whitened rows (R, K) have beside the model's columns."""
@@ -154,16 +189,40 @@ class Evidence:
         u, singular, _ = np.linalg.svd(left, full_matrices=False)
         return u[:, singular > _SEEN]
 
+    def worth(self, basis: Array) -> float:
+        """ln of how much likelier the logs are with the columns of a basis (R, m), at their best values.
+
+        The deviation of every joint is fitted too: what no model explains is no noise of known size.
+        """
+        before = self.residual
+        after = before - basis @ (basis.T @ before)
+        count = len(self.rows.Y)
+        known = float(np.sum(before[count:] ** 2 - after[count:] ** 2)) / 2
+        for j in range(self.rows.joints):
+            mine = np.flatnonzero(self.rows.joint == j)
+            energies = float(np.sum(before[mine] ** 2)), float(np.sum(after[mine] ** 2))
+            if min(energies) > 0:
+                known += len(mine) / 2 * float(np.log(energies[0] / energies[1]))
+        return known
+
     def judge(self, effect: Effect) -> Judged:
         """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.
 
         (Above, what the projection takes off the accelerations has the same signature as an elastic joint.)
         """
-        rows = self.project([self.dynamics.block(effect, motion) for motion in self.motions])
+        rows = self.columns(effect)
         if not effect.linear:
-            rows = np.where((self.rows.frequency <= _HALF * self.problem.bandwidth)[:, None], rows, 0.0)
+            low = self.rows.frequency <= _HALF * self.ground.problem.bandwidth
+            rows = np.where(self.padded(low)[:, None], rows, 0.0)
         basis = self.beside(rows)
         return Judged(effect, basis, float(np.sum((basis.T @ self.residual) ** 2)))
+
+
+def _inverse_root(covariance: Array) -> Array:
+    """R with R^T R the inverse of a covariance (P, P)."""
+    scale = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return np.asarray((vectors / np.sqrt(np.maximum(values, 1e-12))).T / scale)
 
 
 def _widened(track: Track, problem: Problem) -> Track:

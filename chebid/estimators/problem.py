@@ -34,6 +34,14 @@ class Problem:
         for log in self.logs:
             require_torque(log)
 
+    def under(self, model: Model, dynamics: Dynamics | None = None) -> "Problem":
+        """The same logs, treated in the same way, under another model of the same robot."""
+        other = Problem(model, self.logs, self.used)
+        other.__dict__.update(tracks=self.tracks, gate=self.gate, band=self.band, setting=self.setting)
+        if dynamics is not None:
+            other.__dict__["dynamics"] = dynamics
+        return other
+
     @cached_property
     def dynamics(self) -> Dynamics:
         """The model's dynamics; where effects are made of its own torque, that torque is first found on these logs."""

@@ -22,7 +22,7 @@ Projected = Sequence[tuple[int, Projection]]
 _WIDE = 10_000  # columns: nothing is cut
 
 
-def _console() -> Console:
+def console() -> Console:
     """A line is as long as it is, and left to the terminal to wrap: half a number would be a wrong number."""
     return Console(highlight=False, markup=False, emoji=False, width=_WIDE)
 
@@ -39,7 +39,8 @@ def percent(fraction: float | None) -> str:
     return "-" if fraction is None else f"{100 * fraction:.3g} %"
 
 
-def _table(title: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> Table:
+def table(title: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> Table:
+    """A table without lines; the first `left` columns are aligned left, the others right."""
     style = "" if os.environ.get("NO_COLOR") else "bold"
     table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style=style)
     for i, head in enumerate(heads):
@@ -66,11 +67,11 @@ def show_projections(rows: list[dict[str, Any]]) -> None:
         )
         for row in rows
     ]
-    console = _console()
-    console.print(_table(None, heads, body))
+    out = console()
+    out.print(table(None, heads, body))
     for reason in dict.fromkeys(row["reason"] for row in rows):
-        console.print(f"chosen: {reason}")
-    console.print(
+        out.print(f"chosen: {reason}")
+    out.print(
         "left out: share of the acceleration's energy above the bandwidth; lag-1: autocorrelation of what is left"
     )
 
@@ -82,19 +83,19 @@ def show_estimates(estimates: Sequence[Estimate]) -> None:
 
 
 def _show_estimate(estimate: Estimate) -> None:
-    console = _console()
+    out = console()
     record = estimate.record
-    console.print(
+    out.print(
         f"{estimate.method}: bandwidth {number(record['bandwidth'], 3)} Hz"
         + (f", equations to {number(record['equation_bandwidth'], 3)} Hz" if "equation_bandwidth" in record else "")
         + f", condition number {number(estimate.condition, 4)}"
     )
-    console.print(_parameter_table(estimate))
-    console.print()
-    console.print(_residual_table(estimate))
+    out.print(_parameter_table(estimate))
+    out.print()
+    out.print(_residual_table(estimate))
     for line in remarks(estimate):
-        console.print(line)
-    console.print()
+        out.print(line)
+    out.print()
 
 
 def _parameter_table(estimate: Estimate) -> Table:
@@ -111,7 +112,7 @@ def _parameter_table(estimate: Estimate) -> Table:
         (p.name, p.joint or "", number(value, 6), number(sd, 2), number(rel, 2), number(white, 2), " " + p.unit)
         for p, value, sd, rel, white in columns
     ]
-    return _table(None, heads, body, left=2)
+    return table(None, heads, body, left=2)
 
 
 def _residual_table(estimate: Estimate) -> Table:
@@ -120,7 +121,7 @@ def _residual_table(estimate: Estimate) -> Table:
         (joint, number(r.rms, 3), percent(r.relative), percent(r.relative_raw), number(r.floor, 3), number(r.ratio, 3))
         for joint, r in estimate.residual.items()
     ]
-    return _table(None, heads, body)
+    return table(None, heads, body)
 
 
 def show_comparison(results: Comparisons) -> None:
@@ -140,13 +141,13 @@ def show_comparison(results: Comparisons) -> None:
         )
         for row in results.rows()
     ]
-    console = _console()
-    console.print(_table(None, heads, body, left=3))
+    out = console()
+    out.print(table(None, heads, body, left=3))
     for entry in results.entries:
-        console.print(f"{models[entry.model]} on {logs[entry.log]}: {percent(entry.overall)} over all joints")
+        out.print(f"{models[entry.model]} on {logs[entry.log]}: {percent(entry.overall)} over all joints")
     kinds = {row["floor_kind"] for row in results.rows() if row["floor"] is not None}
     for kind in sorted(kinds):
-        console.print(f"noise floor: {kind}")
+        out.print(f"noise floor: {kind}")
 
 
 def _short(paths: Iterable[str]) -> dict[str, str]:

@@ -1,0 +1,69 @@
+"""`chebid diagnose`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from chebid.cli.common import Force, Json, LogPaths, Plot, Seed, check_files, emit_json, save_figure, say, warn
+
+if TYPE_CHECKING:
+    from chebid.critique import Diagnosis
+
+HoldoutLogs = Annotated[
+    list[Path] | None,
+    typer.Option("--holdout", metavar="LOG", help="A log that the model is not fitted on; repeat for several."),
+]
+
+
+def diagnose(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Fitted model (.yaml).", show_default=False)],
+    log: LogPaths,
+    holdout: HoldoutLogs = None,
+    seed: Seed = 0,
+    plot: Plot = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Tell where a model fails, on what, and which effect is missing.
+
+    On the logs of its fit: what its structure lacks. On other logs: what has changed since.
+    """
+    from chebid.critique import candidate_kinds, diagnose, diagnosis_document
+    from chebid.critiques import make_case
+    from chebid.model import read_model, settings_of
+
+    check_files((model, *log, *(holdout or [])), None, plot, force)
+    read = read_model(model)
+    kinds, notices = candidate_kinds()
+    with settings_of(read):
+        found = diagnose(make_case(read, log, holdout or []), kinds, seed)
+    warn(notices)
+    if plot:
+        from chebid.report.critique import diagnosis_figure
+
+        save_figure(diagnosis_figure(found), plot, force)
+    if json:
+        warn(found.notices)
+        emit_json(diagnosis_document(found))
+        return
+    from chebid.report.diagnosis import show_diagnosis
+
+    show_diagnosis(found)
+    _say_next(found, model, log)
+
+
+def _say_next(found: "Diagnosis", model: Path, logs: list[Path]) -> None:
+    """The command to type."""
+    from chebid.critique import label
+
+    joints = found.evidence.dynamics.joints
+    verdict, given = found.verdict, " ".join(map(str, logs))
+    if verdict.status == "missing" and verdict.best is not None:
+        name = label(verdict.best.effect, joints)
+        rivals = " ".join(label(one.effect, joints) for one in verdict.alternatives)
+        if rivals:
+            typer.echo(f"separate    chebid excite {model} --separate {name} {rivals} -o separate.csv")
+        typer.echo(f"next        chebid add {model} {name} {given} -o {model.stem}_{verdict.best.effect.name}.yaml")
+    elif verdict.status == "nothing_missing":
+        say(f"next: chebid compare {model} LOG, on a log of another motion")

@@ -1,0 +1,114 @@
+"""`diagnose`: from a fitted model and logs to a verdict, with everything that led to it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.critique.candidates import penalty, rank
+from chebid.critique.depends import Dependence, dependences
+from chebid.critique.evidence import Evidence, Ground, Held
+from chebid.critique.found import Found, Side, compare, detailed, ratios
+from chebid.critique.verdict import MARGIN, Verdict, judge_verdict
+from chebid.critique.where import Cell, where
+from chebid.effects import Effect
+from chebid.errors import Notice
+from chebid.estimators.judge import judge, noise_floor
+from chebid.estimators.problem import Problem
+from chebid.estimators.result import JointResidual
+
+_BAD = frozenset({"swapped", "degrees", "duplicate"})  # notices about a log that cannot be trusted at all
+_WRONG = 0.8  # relative error of every joint from which on the model is not that of this log at all
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What `diagnose` found. `changed`: the parameters were held, the logs being others than those of the fit."""
+
+    problem: Problem
+    theta: Array
+    evidence: Evidence
+    residual: dict[str, JointResidual]
+    holdout_ratio: dict[str, float | None] | None
+    cells: tuple[Cell, ...]
+    depends: tuple[Dependence, ...]
+    found: tuple[Found, ...]
+    verdict: Verdict
+    notices: tuple[Notice, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A fitted model on logs: theta (P,) its parameters, `held` what is known of them if the logs are others."""
+
+    problem: Problem
+    theta: Array
+    held: Held | None = None
+    holdout: Problem | None = None
+    floor: Array | None = None
+
+
+def diagnose(case: Case, kinds: Mapping[str, type[Effect]], seed: int = 0) -> Diagnosis:
+    """Where the model fails, on what the error depends, and which effect explains it."""
+    ground = Ground(case.problem)
+    held_out = Ground(case.holdout) if case.holdout else None
+    return examine(case, ground, held_out, kinds, seed)
+
+
+def examine(
+    case: Case, ground: Ground, held_out: Ground | None, kinds: Mapping[str, type[Effect]], seed: int = 0
+) -> Diagnosis:
+    """`diagnose`, with the tracks and test functions of the logs made already."""
+    problem = case.problem
+    evidence = Evidence(ground, problem.dynamics, case.held)
+    beside = Evidence(held_out, problem.dynamics) if held_out else None
+    ranking = rank(evidence, kinds, present=case.held is not None, seed=seed)
+    found = compare(evidence, ranking.candidates, beside, seed)
+    depends = dependences(evidence, seed)
+    residual = judge(problem, problem.rows, case.theta)
+    sides = Side(problem, _floor(residual)), _holdout_side(case)
+    told = detailed(found, evidence, case.held, *sides)
+    bad = _is_bad(problem, residual)
+    verdict = judge_verdict(evidence, told, depends, ranking.threshold, bad)
+    if case.held is not None and verdict.best is not None:
+        verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
+    return Diagnosis(
+        problem=problem,
+        theta=case.theta,
+        evidence=evidence,
+        residual=residual,
+        holdout_ratio=ratios(sides[1], problem.dynamics, case.theta) if sides[1] else None,
+        cells=tuple(where(evidence, case.theta)),
+        depends=tuple(d for d in depends if d.score > 0),
+        found=tuple(told),
+        verdict=verdict,
+        notices=tuple(problem.notices),
+    )
+
+
+def _structural(effect: Effect, held: Evidence, threshold: float) -> bool:
+    """Whether an effect is missing whatever the parameters are, and not only new since they were fitted."""
+    if any((own.name, own.joint) == (effect.name, effect.joint) for own in held.dynamics.effects):
+        return False
+    free = Evidence(held.ground, held.dynamics)
+    judged = free.judge(effect)
+    return free.worth(judged.basis) - penalty(free, judged.basis.shape[1], 1) - threshold > MARGIN
+
+
+def _floor(residual: Mapping[str, JointResidual]) -> Array | None:
+    floors = [r.floor for r in residual.values()]
+    return None if any(f is None for f in floors) else np.array(floors, dtype=float)
+
+
+def _holdout_side(case: Case) -> Side | None:
+    if case.holdout is None:
+        return None
+    _, floor = noise_floor(case.holdout, case.theta, float(case.holdout.rows.frequency.max()))
+    return Side(case.holdout, floor)
+
+
+def _is_bad(problem: Problem, residual: Mapping[str, JointResidual]) -> bool:
+    """Whether the log cannot be what the model is about."""
+    kinds = {notice.kind for log in problem.logs for notice in log.notices}
+    return bool(kinds & _BAD) or all(r.relative > _WRONG for r in residual.values())

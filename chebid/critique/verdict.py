@@ -1,0 +1,80 @@
+"""The verdict: what is missing and how surely, which rivals remain, or that nothing is missing, or nothing known."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from chebid.critique.depends import Dependence
+from chebid.critique.evidence import Evidence
+from chebid.critique.found import Found
+
+Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
+
+MARGIN = 8.0  # score beyond chance from which on an effect is believed
+_RIVAL = 8.0  # a rival within this of the best cannot be told from it
+_SHARE = 0.03  # of the best score: the same, for errors that are not noise
+_ALIKE = 3.0  # times farther for effects that are known to look alike
+_SAME = 0.5  # of a rival's own gain that the best one takes away from it: they explain the same
+_FIRM = 0.9  # stability of a sure verdict
+_UNLIKE = 0.35  # of the score by which free functions of one variable outdo the best effect: it is not that effect
+_FREE = 15.0  # and at least this
+_MOST = 3  # alternatives
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """`best` and its rivals, best first; `changed`: parameters were held, and the effect is new since the fit.
+
+    `smallest`: by joint the rms torque [N.m or N] from which on an effect would have been seen.
+    """
+
+    status: Status
+    sure: bool
+    best: Found | None
+    alternatives: tuple[Found, ...]
+    depends: Dependence | None
+    smallest: dict[str, float]
+    changed: bool = False
+
+
+def judge_verdict(
+    evidence: Evidence, found: Sequence[Found], depends: Sequence[Dependence], threshold: float, bad: bool
+) -> Verdict:
+    """The verdict on ranked candidates and dependences."""
+    smallest = detectable(evidence, threshold)
+    on = depends[0] if depends and depends[0].score > MARGIN else None
+    best = found[0] if found and min(found[0].score, found[0].total) > MARGIN else None
+    if bad:
+        return Verdict("bad_data", False, best, (), on, smallest)
+    if best is None:
+        return Verdict("unknown" if on else "nothing_missing", True, None, (), on, smallest)
+    if on is not None and on.score - best.score > max(_FREE, _UNLIKE * on.score):
+        return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
+    rivals = [other for other in found[1:] if _is_rival(best, other)]
+    sure = not rivals and best.stability >= _FIRM and best.effect.linear and (best.holdout or 0.0) > -_RIVAL
+    return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
+
+
+def _is_rival(best: Found, other: Found) -> bool:
+    """Whether the other explains the same part of the error about as well."""
+    alike = other.effect.name in best.effect.alike or best.effect.name in other.effect.alike
+    tolerated = max(_RIVAL, _SHARE * best.total) * (_ALIKE if alike else 1.0)
+    if other.total < best.total - tolerated or other.score <= 0:
+        return False
+    a, b = best.candidate.judged.basis, other.candidate.judged.basis
+    shared = a.T @ b
+    return float(np.sum(shared**2)) / b.shape[1] > _SAME or other.effect.joint == best.effect.joint
+
+
+def detectable(evidence: Evidence, threshold: float) -> dict[str, float]:
+    """By joint: rms torque [N.m or N] of an effect of one parameter that would have scored beyond the margin."""
+    rows = evidence.rows
+    needed = 2 * (MARGIN + max(threshold, 0.0) + np.log(len(rows.Y)) / 2)
+    out = {}
+    for j, name in enumerate(evidence.dynamics.joints):
+        mine = rows.joint == j
+        level = float(np.sqrt(np.mean(evidence.deviation[mine] ** 2)))
+        out[name] = level * float(np.sqrt(needed / max(rows.noise[j].samples, 1)))
+    return out

@@ -1,0 +1,99 @@
+"""Where the model fails: cells of every variable, and windows of time, in which the error stands out from the noise."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.critique.evidence import Evidence
+from chebid.critique.variables import since_reversal
+from chebid.effects import Motion
+from chebid.motion import Mask
+
+_CELLS = 8
+_FEWEST = 12  # independent values in a cell, for its rms to say something
+_TOLD = 3  # cells per joint
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A region of one variable in which the error of a joint stands out.
+
+    `ratio`: rms of the error in the band over that of the noise; `mean`: its mean, N.m or N.
+    """
+
+    joint: int
+    variable: str
+    low: float
+    high: float
+    ratio: float
+    mean: float
+
+
+def where(evidence: Evidence, theta: Array) -> list[Cell]:
+    """The worst cells of each joint, under parameters theta (P,); at most one for each variable."""
+    out = []
+    for joint in range(len(evidence.dynamics.joints)):
+        cells = sorted(_cells(evidence, theta, joint), key=lambda cell: -cell.ratio)
+        best = {cell.variable: cell for cell in reversed(cells)}
+        out += sorted(best.values(), key=lambda cell: -cell.ratio)[:_TOLD]
+    return out
+
+
+def _cells(evidence: Evidence, theta: Array, joint: int) -> list[Cell]:
+    errors, known, motions = _errors(evidence, theta, joint)
+    noise = _noise(evidence, joint)
+    rate = evidence.ground.tracks[0].rate
+    fewest = int(_FEWEST * rate / (2 * evidence.ground.band))
+    error = np.concatenate([e[k] for e, k in zip(errors, known, strict=True)])
+    out = []
+    for name, values in _variables(motions, known, evidence, theta, joint).items():
+        edges = np.unique(np.quantile(values, np.linspace(0, 1, _CELLS + 1)))
+        for low, high in itertools.pairwise(edges):
+            inside = (values >= low) & (values <= high)
+            if inside.sum() >= fewest:
+                part = error[inside]
+                ratio = float(np.sqrt(np.mean(part**2))) / noise
+                out.append(Cell(joint, name, float(low), float(high), ratio, float(part.mean())))
+    return out
+
+
+def _variables(motions: list[Motion], known: list[Mask], evidence: Evidence, theta: Array, j: int) -> dict[str, Array]:
+    """Values of each variable at the samples that are used."""
+    torques = [evidence.dynamics.torque(motion, theta) for motion in motions]
+    each = [
+        {
+            "q": m.q[:, j],
+            "dq": m.dq[:, j],
+            "ddq": m.ddq[:, j],
+            "t": m.t,
+            "abs(tau)": np.abs(tau[:, j]),
+            "distance since reversal": since_reversal(m, j),
+        }
+        for m, tau in zip(motions, torques, strict=True)
+    ]
+    return {name: np.concatenate([one[name][k] for one, k in zip(each, known, strict=True)]) for name in each[0]}
+
+
+def _errors(evidence: Evidence, theta: Array, joint: int) -> tuple[list[Array], list[Mask], list[Motion]]:
+    """Error (N,) of every track within the band, and which of its samples are used."""
+    errors = []
+    for track, motion, functions in zip(
+        evidence.ground.tracks, evidence.motions, evidence.ground.functions, strict=True
+    ):
+        raw = track.torque - evidence.dynamics.torque(motion, theta)
+        error = np.zeros(len(raw))
+        for f in functions:
+            shape = f.basis @ f.mix[joint].T
+            error[f.piece] = shape @ f.rows(raw[f.piece][:, :, None])[joint][:, 0]
+        errors.append(error)
+    known = [used[:, joint] for used in evidence.ground.used]
+    return errors, known, evidence.motions
+
+
+def _noise(evidence: Evidence, joint: int) -> float:
+    """Rms of the noise (N.m or N) of a joint within the band, per sample that is used."""
+    mine = evidence.rows.joint == joint
+    samples = max(evidence.rows.noise[joint].samples, 1)
+    return float(np.sqrt(np.sum(evidence.deviation[mine] ** 2) / samples))
