@@ -2,9 +2,9 @@
 
     score = sum over joints of (R_j / 2) ln(RSS before / RSS after) - (m / 2) ln R - ln(settings tried) - threshold
 
-m columns, R rows, R_j of joint j: half the Bayesian information criterion (Schwarz, Ann. Stat. 6, 1978). The threshold
-is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn on these very rows: a positive
-score is more than the luckiest of so many candidates.
+m columns, R rows, R_j of joint j: half the Bayesian information criterion (Schwarz, Ann. Stat. 6, 1978). The
+threshold is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn on these very rows:
+a positive score is more than the luckiest of so many candidates.
 """
 
 from collections.abc import Iterator, Mapping

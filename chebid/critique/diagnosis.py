@@ -9,7 +9,7 @@ from chebid.basis import Array
 from chebid.critique.candidates import penalty, rank
 from chebid.critique.depends import Dependence, dependences
 from chebid.critique.evidence import Evidence, Ground, Held
-from chebid.critique.found import Found, Side, compare, detailed, ratios
+from chebid.critique.found import Found, Side, Sides, compare
 from chebid.critique.verdict import MARGIN, Verdict, judge_verdict
 from chebid.critique.where import Cell, where
 from chebid.effects import Effect
@@ -30,12 +30,17 @@ class Diagnosis:
     theta: Array
     evidence: Evidence
     residual: dict[str, JointResidual]
-    holdout_ratio: dict[str, float | None] | None
+    holdout: dict[str, JointResidual] | None
     cells: tuple[Cell, ...]
     depends: tuple[Dependence, ...]
     found: tuple[Found, ...]
     verdict: Verdict
     notices: tuple[Notice, ...]
+
+    @property
+    def holdout_ratio(self) -> dict[str, float | None] | None:
+        """rms / noise floor of the model as it is on the hold-out."""
+        return None if self.holdout is None else {joint: r.ratio for joint, r in self.holdout.items()}
 
 
 @dataclass(frozen=True)
@@ -64,13 +69,12 @@ def examine(
     evidence = Evidence(ground, problem.dynamics, case.held)
     beside = Evidence(held_out, problem.dynamics) if held_out else None
     ranking = rank(evidence, kinds, present=case.held is not None, seed=seed)
-    found = compare(evidence, ranking.candidates, beside, seed)
-    depends = dependences(evidence, seed)
     residual = judge(problem, problem.rows, case.theta)
-    sides = Side(problem, _floor(residual)), _holdout_side(case)
-    told = detailed(found, evidence, case.held, *sides)
+    sides = Sides(case.theta, Side(problem, _floor(residual)), _holdout_side(case), case.held is not None)
+    found = compare(evidence, ranking.candidates, beside, sides, seed)
+    depends = dependences(evidence, seed)
     bad = _is_bad(problem, residual)
-    verdict = judge_verdict(evidence, told, depends, ranking.threshold, bad)
+    verdict = judge_verdict(evidence, found, depends, ranking.threshold, bad)
     if case.held is not None and verdict.best is not None:
         verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
     return Diagnosis(
@@ -78,10 +82,10 @@ def examine(
         theta=case.theta,
         evidence=evidence,
         residual=residual,
-        holdout_ratio=ratios(sides[1], problem.dynamics, case.theta) if sides[1] else None,
+        holdout=judge(case.holdout, case.holdout.rows, case.theta) if case.holdout else None,
         cells=tuple(where(evidence, case.theta)),
         depends=tuple(d for d in depends if d.score > 0),
-        found=tuple(told),
+        found=tuple(found),
         verdict=verdict,
         notices=tuple(problem.notices),
     )

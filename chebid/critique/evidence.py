@@ -214,8 +214,17 @@ class Evidence:
         if not effect.linear:
             low = self.rows.frequency <= _HALF * self.ground.problem.bandwidth
             rows = np.where(self.padded(low)[:, None], rows, 0.0)
+        if self._impossible(effect, rows):
+            return Judged(effect, np.zeros((len(rows), 0)), 0.0)
         basis = self.beside(rows)
         return Judged(effect, basis, float(np.sum((basis.T @ self.residual) ** 2)))
+
+    def _impossible(self, effect: Effect, rows: Array) -> bool:
+        """Whether an effect with one parameter would need a sign that it cannot have in nature."""
+        if rows.shape[1] != 1 or set(effect.symbols) != set(effect.positive):
+            return False
+        known = any((own.name, own.joint) == (effect.name, effect.joint) for own in self.dynamics.effects)
+        return not known and float(rows[:, 0] @ self.residual) < 0
 
 
 def _inverse_root(covariance: Array) -> Array:

@@ -7,17 +7,16 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.critique.candidates import Candidate
-from chebid.critique.evidence import Evidence, Held
+from chebid.critique.evidence import Evidence
 from chebid.critique.holdout import Holdout
 from chebid.critique.stability import stability
-from chebid.dynamics import Dynamics
 from chebid.effects import Effect
-from chebid.equations import measured_rows
+from chebid.equations import Rows, project_columns
 from chebid.estimators.problem import Problem
 from chebid.robots import Parameter
 
-_COMPARED = 8  # candidates whose hold-out and stability are computed
-_TOLD = 5  # candidates whose parameters and errors are computed
+_COMPARED = 8  # candidates of which more than the score is computed
+_WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further is refuted
 
 
 @dataclass(frozen=True)
@@ -34,6 +33,7 @@ class Found:
     """`score`: evidence of the fitted logs, more than chance where positive; `holdout`: what the hold-out adds to it.
 
     `stability`: share of the re-weighted rows in which it comes first. Ratios after: rms / floor by joint.
+    `refuted`: with it the error on the hold-out grows, or friction that the model has becomes negative.
     """
 
     candidate: Candidate
@@ -43,97 +43,123 @@ class Found:
     parameters: tuple[Fitted, ...] = ()
     ratio_after: dict[str, float | None] | None = None
     holdout_ratio_after: dict[str, float | None] | None = None
+    refuted: bool = False
 
     @property
     def effect(self) -> Effect:
+        """The effect, its hyper-parameters at their best."""
         return self.candidate.effect
 
     @property
     def total(self) -> float:
-        """Evidence of the fitted logs and of the hold-out."""
-        return self.score + (self.holdout or 0.0)
+        """Evidence of the fitted logs and of the hold-out, which may refute it, but not say more for it than they."""
+        return self.score + min(self.holdout or 0.0, max(self.score, 0.0))
 
 
-@dataclass(frozen=True)
 class Side:
     """Logs on which ratios are told: their problem, and the noise floor (J,) of its rows, if known."""
 
-    problem: Problem
-    floor: Array | None
+    def __init__(self, problem: Problem, floor: Array | None) -> None:
+        self.problem, self.floor = problem, floor
+
+    def columns(self, effect: Effect, theta: Array) -> Array:
+        """Rows (R, k) of an effect beside those of the problem; the model's own torque is that of theta (P,)."""
+        problem, dynamics = self.problem, self.problem.dynamics
+        parts = []
+        for track in problem.tracks:
+            block = dynamics.block(effect, dynamics.prepare(track.motion, theta))
+            parts.append(project_columns(track, problem.gate, problem.band.frequency, block))
+        return np.concatenate(parts)
+
+    def ratios(self, residual: Array) -> dict[str, float | None]:
+        """rms / noise floor by joint of a residual (R,)."""
+        rows = self.problem.rows
+        out: dict[str, float | None] = {}
+        for j, name in enumerate(self.problem.dynamics.joints):
+            rms = float(np.linalg.norm(residual[rows.joint == j])) * rows.rms_scale(j)
+            out[name] = rms / float(self.floor[j]) if self.floor is not None else None
+        return out
 
 
-def compare(evidence: Evidence, candidates: Sequence[Candidate], held_out: Evidence | None, seed: int) -> list[Found]:
-    """The best candidates by all the evidence, best first."""
+@dataclass(frozen=True)
+class Sides:
+    """The fitted logs and the hold-out, under the model's parameters theta (P,); `held`: not to be fitted again."""
+
+    theta: Array
+    fitted: Side
+    held_out: Side | None
+    held: bool
+
+
+def compare(
+    evidence: Evidence, candidates: Sequence[Candidate], held_out: Evidence | None, sides: Sides, seed: int
+) -> list[Found]:
+    """The best candidates by all the evidence, best first; what the hold-out refutes comes after what it does not."""
     top = list(candidates[:_COMPARED])
     firm = stability(evidence, top, seed) if top else []
     beside = Holdout(evidence, held_out) if held_out is not None else None
     found = [
-        Found(c, c.score, beside.score(c.effect) if beside else None, share) for c, share in zip(top, firm, strict=True)
+        _detail(Found(c, c.score, beside.score(c.effect) if beside else None, share), evidence, sides)
+        for c, share in zip(top, firm, strict=True)
     ]
     rest = [Found(c, c.score, None, 0.0) for c in candidates[_COMPARED:]]
-    return [*sorted(found, key=lambda f: -f.total), *rest]
+    return [*sorted(found, key=lambda f: (f.refuted, -f.total)), *rest]
 
 
-def detailed(
-    found: Sequence[Found], evidence: Evidence, held: Held | None, fitted: Side, held_out: Side | None
-) -> list[Found]:
-    """The same, the first few with their parameters and the ratios that they leave."""
-    return [_detail(one, evidence, held, fitted, held_out) if i < _TOLD else one for i, one in enumerate(found)]
+def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
+    """A candidate with its parameters and the ratios that it leaves."""
+    theta, parameters = fit_with(evidence, one.effect)
+    if not sides.held:
+        one = replace(one, refuted=_turns_negative(evidence, theta))
+    rows = sides.fitted.problem.rows
+    X = np.hstack([rows.W, sides.fitted.columns(one.effect, sides.theta)])
+    if not sides.held:
+        theta = _refit(rows, X, theta)
+    more = one
+    if sides.held_out is not None:
+        other = sides.held_out.problem.rows
+        before = sides.held_out.ratios(other.Y - other.W @ sides.theta)
+        left = other.Y - np.hstack([other.W, sides.held_out.columns(one.effect, sides.theta)]) @ theta
+        after = sides.held_out.ratios(left)
+        more = replace(one, holdout_ratio_after=after, refuted=one.refuted or _worse(before, after))
+    return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
 
 
-def _detail(one: Found, evidence: Evidence, held: Held | None, fitted: Side, held_out: Side | None) -> Found:
-    dynamics, theta, parameters = fit_with(evidence, one.effect)
-    more = replace(fitted.problem.dynamics, effects=dynamics.effects, reference=dynamics.reference)
-    if held is None:
-        theta = _refit(fitted, more, theta)
-    return replace(
-        one,
-        parameters=parameters,
-        ratio_after=ratios(fitted, more, theta),
-        holdout_ratio_after=ratios(held_out, more, theta) if held_out else None,
+def _worse(before: dict[str, float | None], after: dict[str, float | None]) -> bool:
+    """Whether the error of a joint on the hold-out grew."""
+    pairs = ((value, after[joint]) for joint, value in before.items())
+    return any(b is not None and a is not None and a > _WORSE * b for b, a in pairs)
+
+
+def _turns_negative(evidence: Evidence, theta: Array) -> bool:
+    """Whether theta (P + k,) with a candidate makes a parameter negative that cannot be so in nature."""
+    before = evidence.dynamics.terms(evidence.theta)
+    after = evidence.dynamics.terms(theta[: len(evidence.theta)])
+    return any(
+        symbol in effect.positive and value < 0 < was
+        for (effect, values), (_, old) in zip(after, before, strict=True)
+        for symbol, value, was in zip(effect.symbols, values, old, strict=True)
     )
 
 
-def fit_with(evidence: Evidence, effect: Effect) -> tuple[Dynamics, Array, tuple[Fitted, ...]]:
-    """Model and effect fitted together: their dynamics, theta, and the parameters of the effect."""
+def fit_with(evidence: Evidence, effect: Effect) -> tuple[Array, tuple[Fitted, ...]]:
+    """Model and effect fitted together on whitened rows: theta (P + k,), and the parameters of the effect."""
     W, Y = evidence.system
-    dynamics = replace(
-        evidence.dynamics,
-        effects=(*evidence.dynamics.effects, effect),
-        reference=evidence.dynamics.named(evidence.theta),
-    )
     X = np.hstack([W, evidence.columns(effect)])
     scale = np.linalg.norm(X, axis=0)
     scale[scale == 0] = 1.0
     inverse = np.linalg.pinv(X / scale, rcond=1e-9)
     values = (inverse @ Y) / scale
     sd = np.sqrt(np.sum(inverse**2, axis=1)) / scale
+    dynamics, known = evidence.dynamics, W.shape[1]
     own = effect.bind(dynamics.robot).parameters(dynamics.joints, dynamics.robot.rotary)
-    known = W.shape[1]
-    told = tuple(Fitted(p, float(v), float(s)) for p, v, s in zip(own, values[known:], sd[known:], strict=True))
-    named = evidence.dynamics.named(values[:known]) | {
-        name: one.value for name, one in zip(dynamics.names(dynamics.effects[-1]), told, strict=True)
-    }
-    return dynamics, np.array([named[p.name] for p in dynamics.parameters]), told
+    told = zip(own, values[known:], sd[known:], strict=True)
+    return values, tuple(Fitted(p, float(v), float(s)) for p, v, s in told)
 
 
-def _refit(side: Side, dynamics: Dynamics, theta: Array) -> Array:
-    """theta (P,) on the equations of the side, one weight per joint."""
-    problem = side.problem
-    rows = measured_rows(problem.tracks, dynamics, problem.gate, problem.band.frequency)
-    residual = rows.Y - rows.W @ theta
+def _refit(rows: Rows, X: Array, theta: Array) -> Array:
+    """theta (P + k,) on rows with columns X (R, P + k), one weight per joint."""
+    residual = rows.Y - X @ theta
     spread = [np.std(residual[rows.joint == j]) + 1e-300 for j in range(rows.joints)]
     weight = (1 / np.array(spread))[rows.joint]
-    return np.asarray(np.linalg.lstsq(rows.W * weight[:, None], rows.Y * weight)[0])
-
-
-def ratios(side: Side, dynamics: Dynamics, theta: Array) -> dict[str, float | None]:
-    """rms / noise floor by joint, theta (P,) on the equations of the side."""
-    problem = side.problem
-    rows = measured_rows(problem.tracks, dynamics, problem.gate, problem.band.frequency)
-    residual = rows.Y - rows.W @ theta
-    out: dict[str, float | None] = {}
-    for j, name in enumerate(dynamics.joints):
-        rms = float(np.linalg.norm(residual[rows.joint == j])) * rows.rms_scale(j)
-        out[name] = rms / float(side.floor[j]) if side.floor is not None else None
-    return out
+    return np.asarray(np.linalg.lstsq(X * weight[:, None], rows.Y * weight)[0])

@@ -5,7 +5,7 @@ is replaced, and one that is no longer needed is dropped.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from chebid.critique.diagnosis import Case, Diagnosis, examine
 from chebid.critique.evidence import Evidence, Ground
 from chebid.critique.verdict import MARGIN, Verdict
 from chebid.effects import Effect, specify
-from chebid.estimators import Estimate, estimate
+from chebid.estimators import Estimate, JointResidual, estimate
 from chebid.estimators.problem import Problem
 from chebid.model import EffectSpec, Model
 
@@ -136,7 +136,27 @@ def refine(
         progress(steps[-1])
     first = steps[0].diagnosis.verdict
     added = tuple(Added(effect, verdicts.get((effect.name, effect.joint), first)) for effect in effects)
-    return Refinement(ladder.model(effects), tuple(steps), added, tuple(dropped))
+    return Refinement(ladder.model(effects), tuple(_one_floor(steps)), added, tuple(dropped))
+
+
+def _one_floor(steps: list[Step]) -> list[Step]:
+    """The steps, all measured against the noise floor of the last: what an effect leaves is no noise."""
+    last = steps[-1]
+    floors = last.estimate.residual, last.diagnosis.holdout
+    out = []
+    for step in steps:
+        fitted = replace(step.estimate, residual=_on_floor(step.estimate.residual, floors[0]))
+        beside = step.diagnosis.holdout
+        told = beside if beside is None or floors[1] is None else _on_floor(beside, floors[1])
+        diagnosis = replace(step.diagnosis, residual=_on_floor(step.diagnosis.residual, floors[0]), holdout=told)
+        out.append(Step(step.effect, fitted, diagnosis))
+    return out
+
+
+def _on_floor(residual: Mapping[str, JointResidual], last: Mapping[str, JointResidual]) -> dict[str, JointResidual]:
+    return {
+        joint: replace(r, floor=last[joint].floor, floor_kind=last[joint].floor_kind) for joint, r in residual.items()
+    }
 
 
 def settle_hyper(problem: Problem, asked: list[tuple[type[Effect], int | None]]) -> list[EffectSpec]:

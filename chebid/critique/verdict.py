@@ -45,11 +45,12 @@ def judge_verdict(
     """The verdict on ranked candidates and dependences."""
     smallest = detectable(evidence, threshold)
     on = depends[0] if depends and depends[0].score > MARGIN else None
-    best = found[0] if found and min(found[0].score, found[0].total) > MARGIN else None
+    best = found[0] if found and not found[0].refuted and min(found[0].score, found[0].total) > MARGIN else None
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)
     if best is None:
-        return Verdict("unknown" if on else "nothing_missing", True, None, (), on, smallest)
+        nearest = [one for one in found if one.score > MARGIN]
+        return Verdict("unknown" if on else "nothing_missing", True, None, tuple(nearest[:_MOST]), on, smallest)
     if on is not None and on.score - best.score > max(_FREE, _UNLIKE * on.score):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found[1:] if _is_rival(best, other)]

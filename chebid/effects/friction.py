@@ -101,7 +101,7 @@ class Stribeck(DryFriction):
     name = "stribeck"
     formula = "Fst exp(-abs(dq/vs)^delta) sign(dq)"
     sentence = "dry friction is larger at low speed, before a film of lubricant builds up"
-    symbols = ("Fst",)
+    symbols = positive = ("Fst",)
     alike = ("viscous_power", "presliding", "coulomb")
 
     @classmethod
