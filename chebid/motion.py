@@ -77,13 +77,15 @@ def make_track(
     """Project every joint of a record. `plans` of an earlier fit replace the choice; `delay` s by which torque lags.
 
     `trim` s is cut at each end; None: the end effect of the accelerations, at least one period of the bandwidth, at
-    most a fifth of the record.
+    most a fifth of the record. Where positions lack for longer than the projection can bridge, that is an end as well.
     """
     projections = project_record(log, record, plans or setting)
     at = record.t - delay if delay else record.t
     q, dq, ddq = (np.column_stack([p.at(at, order) for p in projections]) for order in (0, 1, 2))
     cut = trim if trim is not None else _end(projections, record.duration)
     inside = (at >= record.t[0] + cut) & (at <= record.t[-1] - cut)
+    for projection in projections:
+        inside &= _bridged(projection, at, cut)
     known = np.isfinite(record.tau).all(axis=1) if record.tau is not None else True
     return Track(log, record, projections, Motion(at, q, dq, ddq), inside & known, record.tau)
 
@@ -93,6 +95,16 @@ def _end(projections: tuple[Projection, ...], duration: float) -> float:
     (a joint that rests has next to no bandwidth, and no accelerations either).
     """
     return min(max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections), _MOST_CUT * duration)
+
+
+def _bridged(projection: Projection, at: Array, cut: float) -> Mask:
+    """Which instants (N,) lie outside, by `cut` s, every stretch without samples that lasts half a period or more."""
+    longest = max(0.5 / projection.plan.bandwidth, 3 * float(np.median(np.diff(projection.t))))
+    t = np.concatenate([[min(at[0], projection.t[0])], projection.t, [max(at[-1], projection.t[-1])]])
+    out = np.ones(len(at), dtype=bool)
+    for gap in np.flatnonzero(np.diff(t) > longest):
+        out &= (at <= t[gap] - cut) | (at >= t[gap + 1] + cut)
+    return out
 
 
 def project_record(log: Log, record: Record, how: Setting | tuple[Used, ...]) -> tuple[Projection, ...]:

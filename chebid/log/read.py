@@ -17,7 +17,7 @@ from chebid.log.clock import Clock, even_clock, read_clock
 from chebid.log.findings import Findings
 from chebid.log.gains import apply_gain, gain_matrix
 from chebid.log.record import Log, LogSpec, Record
-from chebid.log.stretches import POSITION, SHORTEST, SIGNAL, TORQUE, Column, Manner, check_column
+from chebid.log.stretches import POSITION, SHORTEST, SIGNAL, TORQUE, Beside, Column, Manner, check_column
 
 Array = NDArray[np.float64]
 
@@ -175,7 +175,8 @@ def _check_in_time(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains,
             turn = [2 * np.pi, 360.0]
             if gain is not None and np.count_nonzero(gain[:, place]) == 1:
                 turn.append(2 * np.pi / float(np.abs(gain[:, place]).max()))
-            found = check_column(column, sorted(clock.cuts), manner, turn if manner is not TORQUE else ())
+            beside = _beside(logged, gains, place) if manner is POSITION else None
+            found = check_column(column, sorted(clock.cuts), manner, turn if manner is not TORQUE else (), beside)
             values[:, place] = column.x
             cuts.update(found)
 
@@ -183,6 +184,17 @@ def _check_in_time(logged: _Logged, choice: Choice, clock: Clock, gains: _Gains,
     if logged.torque is not None and choice.torque is not None:
         check(logged.torque, choice.torque, TORQUE, None)
     return tuple(sorted(cuts))
+
+
+def _beside(logged: _Logged, gains: _Gains, place: int) -> Beside:
+    """What stands beside a position column; its torque is known where every joint has a column of each to itself."""
+    others = np.delete(logged.position, place, axis=1)
+    alone = logged.torque is not None and gains.torque is not None and _diagonal(gains.position, gains.torque)
+    return Beside(others, logged.torque[:, place] if alone and logged.torque is not None else None)
+
+
+def _diagonal(*gains: Array) -> bool:
+    return all(g.shape[0] == g.shape[1] and not (g - np.diag(np.diagonal(g))).any() for g in gains)
 
 
 def _records(logged: _Logged, clock: Clock, gains: _Gains, findings: Findings) -> tuple[Record, ...]:

@@ -17,6 +17,7 @@ from chebid.log.held import Held, find_held, stale_before
 from chebid.log.roughness import Scale, scale_of
 from chebid.log.seams import find_jumps, unwrap
 from chebid.log.spikes import find_spikes
+from chebid.log.stuck import find_stuck
 
 Array = NDArray[np.float64]
 SHORTEST = 20  # samples of a stretch that can be judged
@@ -61,13 +62,25 @@ class Column:
         return replace(known, fine=fine)
 
 
-def check_column(column: Column, cuts: Sequence[int], manner: Manner, periods: Sequence[float] = ()) -> list[int]:
+@dataclass(frozen=True)
+class Beside:
+    """What was logged beside a position: the other positions (n, K), and the joint's torque (n,) if it is known."""
+
+    others: Array
+    torque: Array | None
+
+
+def check_column(
+    column: Column, cuts: Sequence[int], manner: Manner, periods: Sequence[float] = (), beside: Beside | None = None
+) -> list[int]:
     """Clean one column between `cuts`; the places of further cuts are returned."""
     stretches = list(pairwise([0, *cuts, len(column.x)]))
     if np.count_nonzero(np.isfinite(column.x)) < SHORTEST:
         return []
     _undo_turns(column, stretches, periods)
     scale = column.scale(cuts)
+    if beside is not None:
+        _leave_out_stuck(column, stretches, scale, beside)
     if manner is POSITION:
         _leave_out_held(column, stretches, scale)
     _leave_out_spikes(column, stretches, manner, scale)
@@ -92,6 +105,17 @@ def _undo_turns(column: Column, stretches: Sequence[tuple[int, int]], periods: S
             column.x[places] = values
 
 
+def _leave_out_stuck(column: Column, stretches: Sequence[tuple[int, int]], scale: Scale, beside: Beside) -> None:
+    for low, high in stretches:
+        places = _present(column, low, high)
+        if len(places) < SHORTEST:
+            continue
+        torque = None if beside.torque is None else beside.torque[places]
+        found = find_stuck(column.t[places], column.x[places], scale.at(places), beside.others[places], torque)
+        for stuck in list(found):
+            _leave_out_frozen(column, places[stuck.first : stuck.end], stuck.reason)
+
+
 def _leave_out_held(column: Column, stretches: Sequence[tuple[int, int]], scale: Scale) -> None:
     notable: tuple[int, Held] | None = None
     for low, high in stretches:
@@ -107,9 +131,10 @@ def _leave_out_held(column: Column, stretches: Sequence[tuple[int, int]], scale:
         _tell_held(column, *notable)
 
 
-def _leave_out_frozen(column: Column, places: NDArray[np.intp]) -> None:
+def _leave_out_frozen(column: Column, places: NDArray[np.intp], reason: str = "") -> None:
     if len(places):
-        message = f"stands still for {len(places)} samples while the joint moves on: left out"
+        because = f" ({reason})" if reason else ""
+        message = f"stands still for {len(places)} samples while the joint moves on{because}: left out"
         column.note("frozen", message, int(places[0]), int(places[-1]) + 1)
         column.x[places] = np.nan
 
