@@ -1,10 +1,10 @@
 """Candidates: every effect of the library on every joint, scored against chance.
 
-    score = sum over joints of (R_j / 2) ln(RSS before / RSS after) - (m / 2) ln R - ln(settings tried) - threshold
+    score = sum over joints of (R_j / 2) ln(RSS before / RSS after) - ((m + h) / 2) ln R - threshold
 
-m columns, R rows, R_j of joint j: half the Bayesian information criterion (Schwarz, Ann. Stat. 6, 1978). The
-threshold is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn on these very rows:
-a positive score is more than the luckiest of so many candidates.
+m columns, h hyper-parameters, R rows, R_j of joint j: half the Bayesian information criterion (Schwarz, Ann. Stat. 6,
+1978). The threshold is what the best of all candidates reaches on white noise in `_CHANCE` of the cases, drawn on these
+very rows: a positive score is more than the luckiest of so many candidates.
 """
 
 from collections.abc import Iterator, Mapping
@@ -72,14 +72,17 @@ def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bo
                     yield list(settings)
 
 
-def penalty(evidence: Evidence, columns: int, settings: int) -> float:
-    """What a candidate has to gain before it is worth its columns and the settings that were tried."""
-    return float(columns / 2 * np.log(len(evidence.rows.Y)) + np.log(settings))
+def penalty(evidence: Evidence, judged: Judged, settings: int = 1) -> float:
+    """What a candidate has to gain before it is worth its columns and its hyper-parameters."""
+    price = np.log(len(evidence.rows.Y)) / 2
+    effect = judged.effect
+    moved = sum(kind.continuous and effect.hyper[name] is not None for name, kind in effect.hypers().items())
+    return float(judged.basis.shape[1] * price + max(moved * price, np.log(settings)))
 
 
 def _best(evidence: Evidence, family: list[Judged], threshold: float) -> Candidate:
-    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j.basis.shape[1], 1))
-    score = evidence.worth(best.basis) - penalty(evidence, best.basis.shape[1], len(family)) - threshold
+    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j))
+    score = evidence.worth(best.basis) - penalty(evidence, best, len(family)) - threshold
     return Candidate(best, len(family), score)
 
 
@@ -90,7 +93,7 @@ def _threshold(evidence: Evidence, families: list[list[Judged]], seed: int) -> f
     for family in families:
         for judged in family:
             gain = np.sum((judged.basis.T @ noise) ** 2, axis=0)
-            best = np.maximum(best, gain / 2 - penalty(evidence, judged.basis.shape[1], len(family)))
+            best = np.maximum(best, gain / 2 - penalty(evidence, judged, len(family)))
     return float(np.quantile(best, _CHANCE))
 
 

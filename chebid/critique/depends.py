@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from chebid.basis import Array
-from chebid.critique.candidates import penalty
 from chebid.critique.evidence import Evidence
 from chebid.critique.variables import Variable, hats, variables
 
@@ -39,7 +38,7 @@ def dependences(evidence: Evidence, seed: int = 0) -> list[Dependence]:
     best = np.max([_score(evidence, basis, noise) for _, _, basis in judged], axis=0)
     threshold = max(0.0, float(np.quantile(best, _CHANCE)))
     found = [
-        Dependence(j, name, evidence.worth(basis) - penalty(evidence, basis.shape[1], 1) - threshold, basis)
+        Dependence(j, name, evidence.worth(basis) - _price(evidence, basis) - threshold, basis)
         for j, name, basis in judged
     ]
     return sorted(found, key=lambda d: -d.score)
@@ -47,7 +46,11 @@ def dependences(evidence: Evidence, seed: int = 0) -> list[Dependence]:
 
 def _score(evidence: Evidence, basis: Array, residual: Array) -> Array:
     gain = np.sum((basis.T @ residual) ** 2, axis=0)
-    return np.asarray(gain / 2 - penalty(evidence, basis.shape[1], 1))
+    return np.asarray(gain / 2 - _price(evidence, basis))
+
+
+def _price(evidence: Evidence, basis: Array) -> float:
+    return basis.shape[1] / 2 * float(np.log(len(evidence.rows.Y)))
 
 
 def _rows(evidence: Evidence, torques: list[Array], variable: Variable, joint: int) -> Array:

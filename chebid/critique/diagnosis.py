@@ -10,7 +10,7 @@ from chebid.critique.candidates import penalty, rank
 from chebid.critique.depends import Dependence, dependences
 from chebid.critique.evidence import Evidence, Ground, Held
 from chebid.critique.found import Found, Side, Sides, compare
-from chebid.critique.verdict import MARGIN, Verdict, judge_verdict
+from chebid.critique.verdict import MARGIN, Verdict, judge_verdict, outdone
 from chebid.critique.where import Cell, where
 from chebid.effects import Effect
 from chebid.errors import Notice
@@ -74,7 +74,8 @@ def examine(
     found = compare(evidence, ranking.candidates, beside, sides, seed)
     depends = dependences(evidence, seed)
     bad = _is_bad(problem, residual)
-    verdict = judge_verdict(evidence, found, depends, ranking.threshold, bad)
+    pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
+    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, bad)
     if case.held is not None and verdict.best is not None:
         verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
     return Diagnosis(
@@ -91,13 +92,22 @@ def examine(
     )
 
 
+def _with_another(evidence: Evidence, found: list[Found], kinds: Mapping[str, type[Effect]], seed: int) -> float:
+    """Score of the best candidate together with the best one beside it."""
+    effect = found[0].effect
+    dynamics = evidence.dynamics
+    more = replace(dynamics, effects=(*dynamics.effects, effect), reference=dynamics.named(evidence.theta))
+    second = rank(Evidence(evidence.ground, more), kinds, seed=seed).candidates[0]
+    return found[0].score + max(second.score, 0.0)
+
+
 def _structural(effect: Effect, held: Evidence, threshold: float) -> bool:
     """Whether an effect is missing whatever the parameters are, and not only new since they were fitted."""
     if any((own.name, own.joint) == (effect.name, effect.joint) for own in held.dynamics.effects):
         return False
     free = Evidence(held.ground, held.dynamics)
     judged = free.judge(effect)
-    return free.worth(judged.basis) - penalty(free, judged.basis.shape[1], 1) - threshold > MARGIN
+    return free.worth(judged.basis) - penalty(free, judged) - threshold > MARGIN
 
 
 def _floor(residual: Mapping[str, JointResidual]) -> Array | None:

@@ -98,7 +98,7 @@ class _Ladder:
         """What should stand in the place of an effect, given the others: itself, a better one, or nothing."""
         ranking = rank(evidence, self.kinds, seed=self.seed)
         judged = evidence.judge(effect)
-        start = evidence.worth(judged.basis) - penalty(evidence, judged.basis.shape[1], 1) - ranking.threshold
+        start = evidence.worth(judged.basis) - penalty(evidence, judged) - ranking.threshold
         own = refined_candidate(evidence, Candidate(judged, 1, start))
         best = ranking.candidates[0]
         if best.key != own.key and best.score > own.score + _BETTER and best.effect.linear:
@@ -173,7 +173,7 @@ def settle_hyper(problem: Problem, asked: list[tuple[type[Effect], int | None]])
 def _hyper(evidence: Evidence, kind: type[Effect], joint: int | None) -> Effect:
     settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
     family = [evidence.judge(effect) for effect in settings]
-    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j.basis.shape[1], 1))
+    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j))
     return refined_candidate(evidence, Candidate(best, len(family), 0.0)).effect
 
 

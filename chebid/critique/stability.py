@@ -22,8 +22,7 @@ def stability(evidence: Evidence, candidates: Sequence[Candidate], seed: int = 0
     weights = np.random.default_rng(seed).exponential(size=(_DRAWS, int(group.max()) + 1))
     scores = np.column_stack(
         [
-            _gains(evidence, c.judged.basis, group, weights) / 2
-            - penalty(evidence, c.judged.basis.shape[1], c.settings)
+            _gains(evidence, c.judged.basis, group, weights) / 2 - penalty(evidence, c.judged, c.settings)
             for c in candidates
         ]
     )

@@ -39,10 +39,26 @@ class Verdict:
     changed: bool = False
 
 
+def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
+    """Whether free functions of one variable explain the error much better than the best effect."""
+    if not found or not depends or found[0].score <= MARGIN:
+        return False
+    return _short(found[0].score, depends[0].score)
+
+
+def _short(score: float, free: float) -> bool:
+    return free - score > max(_FREE, _UNLIKE * free)
+
+
 def judge_verdict(
-    evidence: Evidence, found: Sequence[Found], depends: Sequence[Dependence], threshold: float, bad: bool
+    evidence: Evidence,
+    found: Sequence[Found],
+    depends: Sequence[Dependence],
+    threshold: float,
+    pair: float,
+    bad: bool,
 ) -> Verdict:
-    """The verdict on ranked candidates and dependences."""
+    """The verdict on ranked candidates and dependences; `pair`: score of the best candidate with another beside it."""
     smallest = detectable(evidence, threshold)
     on = depends[0] if depends and depends[0].score > MARGIN else None
     best = found[0] if found and not found[0].refuted and min(found[0].score, found[0].total) > MARGIN else None
@@ -51,7 +67,7 @@ def judge_verdict(
     if best is None:
         nearest = [one for one in found if one.score > MARGIN]
         return Verdict("unknown" if on else "nothing_missing", True, None, tuple(nearest[:_MOST]), on, smallest)
-    if on is not None and on.score - best.score > max(_FREE, _UNLIKE * on.score):
+    if on is not None and _short(max(best.score, pair), on.score):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found[1:] if _is_rival(best, other)]
     sure = not rivals and best.stability >= _FIRM and best.effect.linear and (best.holdout or 0.0) > -_RIVAL
