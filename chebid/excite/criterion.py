@@ -18,7 +18,7 @@ from chebid.dynamics import Dynamics
 from chebid.effects import Motion
 from chebid.robots import Array
 
-_STEP = 1e-7  # rad (m) and s, of the differences of the regressor: errors of 1e-7, far below what a search needs
+STEP = 1e-7  # rad (m) and s, of the differences of the regressor: errors of 1e-7, far below what a search needs
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,15 @@ class Criterion:
     information: float = 0.0
     gate: Array | float = 0.0
 
+    @property
+    def pointwise(self) -> bool:
+        """The gradient is that of effects without a past, even where there are others."""
+        return True
+
+    def value(self, state: Array) -> float:
+        """Of eq. 23; infinite where rank is lost."""
+        return self.score(state).value
+
     def score(self, state: Array) -> Score:
         """Of a motion (3, N, J): q, dq, ddq."""
         return self._decompose(self._rows(state))[0]
@@ -60,7 +69,7 @@ class Criterion:
         by_mean = (stacked @ np.linalg.inv(gram)).reshape(W.shape) / len(gram)
         by_rows = by_W / score.value - self.information * by_mean
         gradient = np.einsum("njp,oinjp->oni", by_rows, slopes)
-        gradient[1, np.abs(state[1]) < 10 * _STEP] = 0.0  # a direction may change there
+        gradient[1, np.abs(state[1]) < 10 * STEP] = 0.0  # a direction may change there
         return float(np.log(score.value) - self.information * mean), gradient
 
     def _rows(self, state: Array) -> Array:
@@ -70,18 +79,14 @@ class Criterion:
     def _slopes(self, state: Array) -> tuple[Array, Array]:
         """W (N, J, P) and its derivative (3, J, N, J, P) by each column of the motion, from differences."""
         count, joints = len(self.t), state.shape[2]
-        moved = np.tile(state, (1 + 3 * joints, 1, 1, 1))
-        for order in range(3):
-            for joint in range(joints):
-                moved[1 + order * joints + joint, order, :, joint] += _STEP
+        moved = moved_states(state)
         if any(effect.memory for effect in self.dynamics.effects):
             W = np.stack([self._rows(one) for one in moved])
         else:
             flat = Motion(np.tile(self.t, len(moved)), *np.moveaxis(moved, 1, 0).reshape(3, -1, joints))
             W = self.dynamics.regressor(flat).reshape(len(moved), count, joints, -1)
-        squares = moved[:, 1] ** 2
-        W *= (squares / (squares + self.gate**2 + 1e-300))[..., None]
-        return W[0], ((W[1:] - W[0]) / _STEP).reshape(3, joints, *W[0].shape)
+        W *= counted(moved[:, 1], self.gate)[..., None]
+        return W[0], ((W[1:] - W[0]) / STEP).reshape(3, joints, *W[0].shape)
 
     def _decompose(self, W: Array) -> tuple[Score, Array]:
         """The score of W and its gradient (N, J, P) with respect to W, from the ends of the spectrum of W^T W."""
@@ -95,3 +100,19 @@ class Criterion:
         per_low = -(high + 1 / self.scale) / low**2
         gradient = np.outer(stacked @ V, V) / (high * low) + per_low * np.outer(stacked @ v, v) / low
         return score, gradient.reshape(W.shape)
+
+
+def moved_states(state: Array) -> Array:
+    """(1 + 3 J, 3, N, J): a motion (3, N, J), and with each of its columns moved by `STEP`, position first."""
+    joints = state.shape[2]
+    moved = np.tile(state, (1 + 3 * joints, 1, 1, 1))
+    for order in range(3):
+        for joint in range(joints):
+            moved[1 + order * joints + joint, order, :, joint] += STEP
+    return moved
+
+
+def counted(dq: Array, gate: Array | float) -> Array:
+    """How much rows of joints with these speeds (..., J) count: 0 at rest, half at the gate, 1 when fast."""
+    squares = dq**2
+    return squares / (squares + np.square(gate) + 1e-300)

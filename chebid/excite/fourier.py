@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import null_space
-from scipy.optimize import minimize
 
-from chebid.excite.criterion import Criterion
+from chebid.excite.descent import Objective, descend
 from chebid.excite.limits import Limits, full_size
 from chebid.robots import Array
 
@@ -63,7 +62,7 @@ class Fourier:
         per = np.einsum("onc,oj->oncj", basis, 1 / self.limits.stacked()).reshape(-1, basis.shape[2], self.joints)
         return np.abs(np.einsum("kcj,cj->kj", per, shapes)), per
 
-    def improve(self, criterion: Criterion, x: Array, iterations: int) -> Array:
+    def improve(self, criterion: Objective, x: Array, iterations: int) -> Array:
         """The nearest best shapes (SLSQP on shapes of any size, sized to the limits)."""
         shapes = x.reshape(-1, self.joints)
         _, per = self._fine(shapes)
@@ -88,5 +87,4 @@ class Fourier:
             return value, pull(np.einsum("onc,onj->cj", basis, by_motion))
 
         free = np.concatenate([(shapes / np.linalg.norm(shapes, axis=0)).ravel(), np.full(self.joints, 3.0)])
-        found = minimize(target, free, jac=True, method="SLSQP", options={"maxiter": iterations, "ftol": 1e-6})
-        return sized(np.asarray(found.x))[0].ravel()
+        return sized(descend(target, free, iterations, criterion.pointwise))[0].ravel()

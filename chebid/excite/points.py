@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
-from chebid.excite.criterion import Criterion
+from chebid.excite.descent import Objective, descend
 from chebid.excite.limits import Limits, full_size
 from chebid.robots import Array
 
@@ -22,11 +21,15 @@ _NEAR_FULL = 3.0  # amplitude to start with: 95 % of what the limits allow
 
 @dataclass(frozen=True)
 class Points:
-    """M moves between M + 1 points (M + 1, J), of durations (M,) s; as a vector, points first."""
+    """M moves between M + 1 points (M + 1, J), of durations (M,) s; as a vector, points first.
+
+    `uneven`: random motions have moves of very different durations, and so pass slowly and fast.
+    """
 
     limits: Limits
     duration: float
     moves: int
+    uneven: bool = False
 
     @property
     def joints(self) -> int:
@@ -39,13 +42,18 @@ class Points:
 
     def random(self, random: np.random.Generator) -> Array:
         """A motion within the limits: each move as far as it may go, or less, one way or the other."""
-        durations = random.dirichlet(np.full(self.moves, 5.0)) * self.duration
+        durations = self._durations(random)
         points = [random.uniform(-1, 1, self.joints) * self.limits.position]
         for reach in self._reach(durations):
             low = np.maximum(points[-1] - reach, -self.limits.position)
             high = np.minimum(points[-1] + reach, self.limits.position)
             points.append(low + (high - low) * random.beta(0.5, 0.5, self.joints))
         return np.concatenate([np.ravel(points), durations])
+
+    def _durations(self, random: np.random.Generator) -> Array:
+        if not self.uneven:
+            return random.dirichlet(np.full(self.moves, 5.0)) * self.duration
+        return self.duration * (_LEAST / self.moves + (1 - _LEAST) * random.dirichlet(np.ones(self.moves)))
 
     def _reach(self, durations: Array) -> Array:
         """Largest distance (M, J) in the given times."""
@@ -85,7 +93,7 @@ class Points:
         later = np.bincount(move, by_x, self.moves)
         return np.concatenate([by_points.ravel(), own - (later.sum() - np.cumsum(later))])
 
-    def improve(self, criterion: Criterion, x: Array, iterations: int) -> Array:
+    def improve(self, criterion: Objective, x: Array, iterations: int) -> Array:
         """The nearest best motion within the limits (SLSQP on free points and durations, sized to the limits)."""
         shape, durations = self.split(x)
         free = np.concatenate([shape.ravel(), np.log(durations), np.full(self.joints, _NEAR_FULL)])
@@ -95,8 +103,7 @@ class Points:
             value, by_motion = criterion.objective(self.motion(vector, criterion.t))
             return value, pull(self.gradient(vector, criterion.t, by_motion))
 
-        found = minimize(target, free, jac=True, method="SLSQP", options={"maxiter": iterations, "ftol": 1e-6})
-        return self._sized(np.asarray(found.x))[0]
+        return self._sized(descend(target, free, iterations, criterion.pointwise))[0]
 
     def _sized(self, free: Array) -> tuple[Array, Callable[[Array], Array]]:
         """The motion that free numbers stand for: points of any size, logarithms of durations, amplitudes.

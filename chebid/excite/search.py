@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chebid.dynamics import make_dynamics
+from chebid.dynamics import Dynamics, make_dynamics
 from chebid.errors import NoAnswerError, Place, UsageError
 from chebid.excite.criterion import Criterion, Score
+from chebid.excite.descent import Objective
 from chebid.excite.fourier import Fourier
 from chebid.excite.limits import Limits, make_limits
 from chebid.excite.points import Points
@@ -17,9 +18,10 @@ from chebid.robots import Array
 KINDS = ("points", "fourier")
 _MOST = 1000  # samples at which the search evaluates the criterion
 _TRIED = 20  # random motions per start, of which the best is improved
-_ITERATIONS = 200
+ITERATIONS = 200
 _CRAWL = 0.005  # of the largest velocity: what is slower hardly counts, and identification leaves it out
 Progress = Callable[[int, int, float], None]
+Family = Points | Fourier
 
 
 @dataclass(frozen=True)
@@ -61,18 +63,44 @@ def excite(
     parameters apart.
     """
     limits, dynamics = make_limits(model), make_dynamics(model)
-    _check(duration, moves, kind, rate, starts, information)
-    t = np.arange(round(duration * rate) + 1) / rate
+    check(duration, moves, kind, rate, starts)
+    if not 0 <= information <= 1e3:
+        raise UsageError(f"information {information} is no weight", hint="1.2 is usual, 0 is eq. 23 alone")
+    t = instants(duration, rate)
     step, gate = int(np.ceil(len(t) / _MOST)), _CRAWL * limits.velocity
     search = Criterion(dynamics, t[::step], float(np.sqrt(len(t) / len(t[::step]))), information, gate)
-    family = (Points if kind == "points" else Fourier)(limits, float(t[-1]), moves)
-    found = _search(search, family, np.random.default_rng(seed), starts, progress)
+    family = make_family(limits, float(t[-1]), moves, kind)
+    found = search_best(search, family, np.random.default_rng(seed), starts, progress)
     if found is None:
         raise NoAnswerError(
             "no motion tells all parameters of this model apart",
             hint="remove effects that cannot be told from others, or allow more moves, or wider limits",
             place=Place(file=str(model.path)),
         )
+    return told(found, family, dynamics, t, starts)
+
+
+def instants(duration: float, rate: float) -> Array:
+    """(N,) s."""
+    return np.arange(round(duration * rate) + 1) / rate
+
+
+def make_family(limits: Limits, duration: float, moves: int, kind: str, uneven: bool = False) -> Family:
+    """The motions of a kind; `uneven`: see `Points`."""
+    return Points(limits, duration, moves, uneven) if kind == "points" else Fourier(limits, duration, moves)
+
+
+@dataclass
+class Found:
+    """The best motion of a search, and the random motion with the best criterion; criteria of all random ones."""
+
+    best: Array
+    first: Array
+    tried: list[float]
+
+
+def told(found: Found, family: Family, dynamics: Dynamics, t: Array, starts: int) -> Excitation:
+    """What a search found, at the instants t (N,) s, scored by eq. 23."""
     whole = Criterion(dynamics, t)
     motion = family.motion(found.best, t)
     return Excitation(
@@ -83,45 +111,36 @@ def excite(
         score=whole.score(motion),
         before=whole.score(family.motion(found.first, t)),
         median_before=float(np.median(found.tried)),
-        used=limits.used(family.motion(found.best, np.linspace(0, t[-1], 20 * len(t)))),
-        limits=limits,
+        used=family.limits.used(family.motion(found.best, np.linspace(0, t[-1], 20 * len(t)))),
+        limits=family.limits,
         durations=family.split(found.best)[1] if isinstance(family, Points) else None,
         starts=starts,
     )
 
 
-@dataclass
-class _Found:
-    """The best motion of a search, and the random motion with the best criterion; criteria of all random ones."""
-
-    best: Array
-    first: Array
-    tried: list[float]
-
-
-def _search(
-    search: Criterion, family: Points | Fourier, random: np.random.Generator, starts: int, progress: Progress | None
-) -> _Found | None:
-    """Improve the best of 20 random motions, `starts` times. None when all of them lose rank."""
+def search_best(
+    search: Objective, family: Family, random: np.random.Generator, starts: int, progress: Progress | None
+) -> Found | None:
+    """Improve the best of 20 random motions, `starts` times. None when all of them are of no use."""
     best, best_value, first, first_value = None, np.inf, None, np.inf
     tried: list[float] = []
     for done in range(1, starts + 1):
         motions = [family.random(random) for _ in range(_TRIED)]
-        values = [search.score(family.motion(x, search.t)).value for x in motions]
+        values = [search.value(family.motion(x, search.t)) for x in motions]
         tried += values
         start = motions[int(np.argmin(values))]
         if min(values) < first_value:
             first, first_value = start, min(values)
-        found = family.improve(search, start, _ITERATIONS) if min(values) < np.inf else start
+        found = family.improve(search, start, ITERATIONS) if min(values) < np.inf else start
         value = search.objective(family.motion(found, search.t))[0]
         if value < best_value:
             best, best_value = found, value
         if progress and best is not None:
-            progress(done, starts, search.score(family.motion(best, search.t)).value)
-    return None if best is None or first is None else _Found(best, first, tried)
+            progress(done, starts, search.value(family.motion(best, search.t)))
+    return None if best is None or first is None else Found(best, first, tried)
 
 
-def _check(duration: float, moves: int, kind: str, rate: float, starts: int, information: float) -> None:
+def check(duration: float, moves: int, kind: str, rate: float, starts: int) -> None:
     """Raise UsageError for numbers that allow no motion."""
     if kind not in KINDS:
         raise UsageError(f"kind {kind!r} is unknown", hint=f"choose one of: {', '.join(KINDS)}")
@@ -136,5 +155,3 @@ def _check(duration: float, moves: int, kind: str, rate: float, starts: int, inf
         raise UsageError(
             f"{moves} moves in {duration * rate:.0f} samples", hint="allow more time, fewer moves or a higher rate"
         )
-    if not 0 <= information <= 1e3:
-        raise UsageError(f"information {information} is no weight", hint="1.2 is usual, 0 is eq. 23 alone")
