@@ -39,7 +39,11 @@ def huber(problem: Problem) -> Estimate:
         "huber",
         in_band(_corrected(found, rows, root), rows, filters, problem.tracks[0].rate),
         rows,
-        {"huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))}, "wls": recipe(filters)},
+        {
+            "huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))},
+            "wls": recipe(filters),
+            "bandwidth": filters.cutoff,
+        },
     )
 
 

@@ -1,6 +1,6 @@
 """What an estimator is given: the model, its dynamics, and the logs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -45,10 +45,14 @@ class Problem:
     @cached_property
     def dynamics(self) -> Dynamics:
         """The model's dynamics; where effects are made of its own torque, that torque is first found on these logs."""
-        made = make_dynamics(self.model)
+        made = self._unsettled
         if not made.needs_model or self.used is not None:
             return made
         return settle(made, self._fitted)
+
+    @cached_property
+    def _unsettled(self) -> Dynamics:
+        return make_dynamics(self.model)
 
     def _fitted(self, dynamics: Dynamics) -> Array:
         rows = measured_rows(self.tracks, dynamics, self.gate, widest_band(self.tracks))
@@ -65,9 +69,12 @@ class Problem:
         trim = self.model.processing.trim
         if trim is None and self.used:
             trim = self.used.get("trim")
-        delay = self.model.log.torque_delay
+        delay, joints = self.model.log.torque_delay, range(len(self.model.joints))
+        signs = tuple(self._unsettled.signs(joint) for joint in joints)
         return [
-            make_track(log, record, self.setting, delay=delay, trim=trim) for log in self.logs for record in log.records
+            replace(make_track(log, record, self.setting, delay=delay, trim=trim), signs=signs)
+            for log in self.logs
+            for record in log.records
         ]
 
     @cached_property

@@ -7,15 +7,18 @@ of ten between joints, and unweighted the small joint's parameters come out seve
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from chebid.basis import Array
 from chebid.equations import Rows
 from chebid.errors import NoAnswerError
+from chebid.estimators.spectrum import spectral_variance
 from chebid.robots import Parameter
 
 _RANK = 1e-9  # singular values of the column-scaled W below this share of the largest are zero
-_ROUNDS = 10
-_BANDS = 6  # of frequency, within which the noise of a joint is taken as constant
+_ROUNDS = 20
+_QUANTILE = 0.975  # of intervals of 95 %
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = N
         weight = extra / sigma[rows.joint]
         theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
         before, sigma = sigma, _sigma(rows, theta, inverse, weight, extra)
-        if np.allclose(before, sigma, rtol=1e-6):
+        if np.allclose(before, sigma, rtol=1e-8, atol=0):
             break
     weight = extra / sigma[rows.joint]
     theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
@@ -105,27 +108,28 @@ def sandwich(rows: Rows, theta: Array, Z: Array, bread: Array, weight: Array, wh
     """Honest covariance (P, P) of theta = bread Z^T Y: the residuals have the correlation (samples) or the spectrum
     (coefficients) that they show. Never below `white` (default: bread), as a sandwich of few rows can be by chance.
     """
-    leverage = np.einsum("rp,pq,rq->r", rows.W, bread, Z, optimize=True) * weight**2
-    if rows.serial:
-        meat = _serial_meat(rows, (Z * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None])
-    else:
-        meat = _spectral_meat(rows, theta, Z, weight, leverage)
+    if not rows.serial:
+        return _spectral(rows, Z, bread, weight)
+    meat = _serial_meat(rows, (Z * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None])
     return _at_least(bread @ meat @ bread.T, bread if white is None else white)
 
 
-def _spectral_meat(rows: Rows, theta: Array, Z: Array, weight: Array, leverage: Array) -> Array:
-    """Variance of the residual as a function of joint and frequency, in bands of equally many rows."""
-    residual = (rows.Y - rows.W @ theta) * weight
-    scaled = Z * weight[:, None]
-    meat = np.zeros((rows.W.shape[1],) * 2)
+def _spectral(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
+    """With the variance of the residual as a function of joint and frequency.
+
+    Each deviation is widened by Student's quantile over the normal one: its own freedom follows from how surely the
+    variances are known that it is made of (Satterthwaite, Biometrics Bulletin 2, 1946).
+    """
+    influence, W, Y = (Z * weight[:, None]) @ bread.T, rows.W * weight[:, None], rows.Y * weight
+    covariance, doubt = np.zeros((rows.W.shape[1],) * 2), np.zeros(rows.W.shape[1])
     for j in range(rows.joints):
-        mine = np.flatnonzero(rows.joint == j)
-        share = rows.noise[j].equations / max(len(mine), 1)
-        order = mine[np.argsort(rows.frequency[mine], kind="stable")]
-        for band in np.array_split(order, min(_BANDS, max(1, len(order) // 8))):
-            freedom = max(share * len(band) - leverage[band].sum(), 1.0)
-            meat += np.sum(residual[band] ** 2) / freedom * scaled[band].T @ scaled[band]
-    return meat
+        mine = rows.joint == j
+        variance, unsure = spectral_variance(W[mine], Y[mine], rows.frequency[mine])
+        covariance += (influence[mine] * variance[:, None]).T @ influence[mine]
+        doubt += np.sum(((influence[mine] ** 2 * variance[:, None]).T @ unsure) ** 2, axis=1)
+    freedom = 2 * np.diag(covariance) ** 2 / np.maximum(doubt, np.finfo(float).tiny)
+    wider = student.ppf(_QUANTILE, np.maximum(freedom, 2.0)) / norm.ppf(_QUANTILE)
+    return covariance * np.outer(wider, wider)
 
 
 def _serial_meat(rows: Rows, scores: Array) -> Array:

@@ -68,4 +68,4 @@ def wls(problem: Problem) -> Estimate:
     """Estimate by filtered differences. Raises NoAnswerError on rank loss or when nothing is left to use."""
     rows, settings = wls_rows(problem)
     found = in_band(solve(rows, problem.dynamics.parameters), rows, settings, problem.tracks[0].rate)
-    return assemble(problem, "wls", found, rows, {"wls": recipe(settings)})
+    return assemble(problem, "wls", found, rows, {"wls": recipe(settings), "bandwidth": settings.cutoff})

@@ -117,11 +117,10 @@ def test_extra_weights_of_zero_leave_rows_out(seed):
 
 
 @given(seeds)
-def test_honest_is_never_below_white(seed):
+def test_honest_is_a_covariance(seed):
     rng = np.random.default_rng(seed)
     W, theta, joint = system(rng, count=20)
     found = solve(rows_of(W, W @ theta + rng.standard_normal(len(W)), joint), named(4))
-    assert np.all(np.diag(found.covariance) >= np.diag(found.white) * (1 - 1e-9))
     np.testing.assert_allclose(found.covariance, found.covariance.T, rtol=1e-9, atol=1e-15)
     assert np.linalg.eigvalsh(found.covariance).min() > 0
 
