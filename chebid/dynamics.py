@@ -227,6 +227,8 @@ def make_dynamics(model: Model) -> Dynamics:
     robot, effects = make_robot(model), make_effects(model)
     values = None if model.fit is None else {name: p.value for name, p in model.fit.parameters.items()}
     dynamics = Dynamics(robot, effects, values)
+    if model.robot.type == "axes" and model.robot.types is None and values is None:
+        dynamics = replace(dynamics, notices=(_revolute(model),))
     found = {name: others for name, others in dynamics.dependent().items() if name not in (values or {})}
     if not found:
         return dynamics
@@ -234,7 +236,12 @@ def make_dynamics(model: Model) -> Dynamics:
         _refuse_idle(dynamics, found, model)
     notices = tuple(_left_out(name, others, model) for name, others in found.items()) if values is None else ()
     left = tuple(effect for effect in effects if not _idle(dynamics, effect, found))
-    return replace(dynamics, effects=left, dropped=frozenset(found), notices=notices)
+    return replace(dynamics, effects=left, dropped=frozenset(found), notices=dynamics.notices + notices)
+
+
+def _revolute(model: Model) -> Notice:
+    text = "has no types: all joints are taken as revolute (rad, N.m); write 'types: [prismatic]' for one that slides"
+    return Notice("types", text, Place(file=str(model.path), key="robot"))
 
 
 def _idle(dynamics: Dynamics, effect: Effect, found: Mapping[str, list[str]]) -> bool:

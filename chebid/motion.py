@@ -29,7 +29,8 @@ class Used:
 class Track:
     """One record, projected: the motion at its instants, shifted by the torque's delay.
 
-    `valid` (N,) is False near the ends and where a sample is missing; `tau` (N, J) measured torque or None.
+    `valid` (N,) is False near the ends and where a sample is missing; `tau` (N, J) measured torque or None. `signs`:
+    for each joint those others the direction of whose motion enters its equation; empty when there are none.
     """
 
     log: Log
@@ -38,6 +39,7 @@ class Track:
     motion: Motion
     valid: Mask
     tau: Array | None
+    signs: tuple[tuple[int, ...], ...] = ()
 
     @property
     def torque(self) -> Array:

@@ -13,6 +13,7 @@ import scipy.signal
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
 from chebid.effects import Motion
+from chebid.equations.gate import fast_enough
 from chebid.equations.rows import JointNoise, Rows, merge
 from chebid.errors import NoAnswerError
 from chebid.log import Record
@@ -56,7 +57,8 @@ def _record_rows(record: Record, dynamics: Dynamics, settings: FilterSettings, d
     t, motion, tau = filtered_motion(record, settings, delay)
     used = np.ones(tau.shape, dtype=bool)
     if settings.gate is not None:
-        used &= np.abs(motion.dq) >= np.asarray(settings.gate)
+        signs = [dynamics.signs(joint) for joint in range(tau.shape[1])]
+        used &= fast_enough(motion.dq, np.asarray(settings.gate), signs)
     cut = round(settings.trim / (t[1] - t[0]))
     kept = slice(max(settings.drop, cut), len(t) - cut)
     if kept.stop - kept.start < 64:

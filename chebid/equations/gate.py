@@ -1,5 +1,7 @@
 """The gate: samples too slow for their friction to have a direction are not used on that joint."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from chebid.basis import Array
@@ -38,5 +40,17 @@ def _velocity_noise(track: Track, joint: int) -> float:
 
 
 def moving(track: Track, gate: Array) -> Mask:
-    """Which samples (N, J) are used for the torque equation of each joint."""
-    return track.valid[:, None] & (np.abs(track.motion.dq) >= gate)
+    """Which samples (N, J) are used for the torque equation of each joint.
+
+    Those on which it moves, and so do the joints the direction of whose motion enters its equation (`Track.signs`).
+    """
+    return track.valid[:, None] & fast_enough(track.motion.dq, gate, track.signs)
+
+
+def fast_enough(dq: Array, gate: Array, signs: Sequence[tuple[int, ...]] = ()) -> Mask:
+    """(N, J): where the joint itself, and those of `signs`, are at their gates (J,) or above."""
+    fast = np.abs(dq) >= gate
+    out = fast.copy()
+    for joint, others in enumerate(signs):
+        out[:, joint] &= fast[:, list(others)].all(axis=1)
+    return out

@@ -102,7 +102,8 @@ def _separator(lines: list[str]) -> tuple[str, str, int]:
         counts = [len(row) for row in rows]
         width = max(set(counts), key=lambda count: (counts.count(count), count))
         usual = [row for row in rows if len(row) == width]
-        for decimal in (".", ",") if separator != "," else (".",):
+        marks = (".", ",") if separator != "," or any('"' in line for line in lines) else (".",)  # "0,5","1,5"
+        for decimal in marks:
             good = sum(is_number(cell, decimal) for row in usual for cell in row)
             score = good / (width * len(usual)) * len(usual) / len(rows) + 0.2 * (width > 1)
             if score > best[0] + 1e-9:

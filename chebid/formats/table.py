@@ -15,6 +15,8 @@ from chebid.errors import InputError, Notice, Place
 _UNIT = re.compile(r"^(?P<name>.*?\S)\s*[\[(](?P<unit>[^\[\]():,]*)[\])]$")
 _PART = re.compile(r"^(?P<name>.+)\[\s*(?:(?P<row>\d+)\s*,\s*:|:\s*,\s*(?P<column>\d+))\s*\]$")
 
+_EITHER = re.compile(r"[+-]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
+
 
 @dataclass(frozen=True)
 class TextCells:
@@ -127,9 +129,10 @@ class Table:
         cells = self.text[name]
         place = Place(file=self.shown, column=name, row=cells.row, value=cells.value)
         more = f" ({cells.count} such cells)" if cells.count > 1 else ""
-        return InputError(
-            f"the cell is not a number{more}", hint="correct it, or leave it empty to mark it missing", place=place
-        )
+        hint = "correct it, or leave it empty to mark it missing"
+        if _EITHER.fullmatch(cells.value.strip()):
+            hint = "decimal commas and points are mixed: write all numbers of the file alike"
+        return InputError(f"the cell is not a number{more}", hint=hint, place=place)
 
 
 def base_name(name: str) -> str:

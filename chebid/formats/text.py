@@ -79,9 +79,12 @@ def _names(dialect: Dialect, shown: str) -> tuple[list[str], set[str]]:
 
 
 def _unequal(found: int, dialect: Dialect, shown: str) -> InputError:
+    hint = "check the separator, and that no number has a decimal comma in a comma-separated file"
+    if dialect.separator == "," and dialect.width == 2 * found:
+        hint = "the numbers seem to have a decimal comma: export with ';' or tabs between them, or with decimal points"
     return InputError(
         f"the header has {found} names, the rows have {dialect.width} cells",
-        hint="check the separator, and that no number has a decimal comma in a comma-separated file",
+        hint=hint,
         place=Place(file=shown, row=dialect.first),
     )
 

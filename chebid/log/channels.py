@@ -20,6 +20,7 @@ _PLATEAU = 3  # samples in a row at the limit
 _SATURATED = 0.002  # share of samples at the limit
 _SMOOTHER = 10.0  # times as smooth as the position, for a torque column to be suspected to be one
 _TURN = 4 * np.pi
+_IN_DEGREES = "write 'position_gain: 0.0174532925' in the log: section of the model file"
 
 
 def check_missing(values: Array, names: Sequence[str], rows: Rows, findings: Findings) -> Array:
@@ -100,9 +101,9 @@ def check_units(
             continue
         size = np.abs(np.nan_to_num(position[:, place]))
         if unit in ("deg", "°", "degree", "degrees"):
-            message = "the name says degrees, the gain takes it as radians: set 'position_gain: 0.0174532925199433'"
+            message = f"the name says degrees, the gain takes it as radians: {_IN_DEGREES}"
         elif _TURN < size.max() <= 1e4 and unit not in ("rad", "m"):
-            message = "reaches a value large for radians: if it is degrees, set 'position_gain: 0.0174532925199433'"
+            message = f"reaches a value large for radians; if the log is in degrees, {_IN_DEGREES}"
         else:
             continue
         worst = int(np.argmax(size))

@@ -1,5 +1,6 @@
 """The schema of the model file: every section, every key, its type and its unit."""
 
+import difflib
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -225,6 +226,15 @@ class Model(Section):
             return value
         return [{"effect": item} if isinstance(item, str) else item for item in value]
 
+    @field_validator("log", mode="before")
+    @classmethod
+    def _one_column(cls, value: Any) -> Any:
+        """The name of a single column needs no list around it."""
+        if not isinstance(value, dict):
+            return value
+        alone = {key: (value[key],) for key in ("position", "torque", "reference") if isinstance(value.get(key), str)}
+        return value | alone
+
     @model_validator(mode="after")
     def _consistent(self) -> "Model":
         for misfit in (*_check_joints(self), *_check_log(self), *_check_lengths(self), *_check_record(self)):
@@ -296,7 +306,13 @@ def _check_joints(model: Model) -> Iterator[MisfitError]:
             yield MisfitError(("robot", key), _wrong_count(len(entries), count))
     for i, spec in enumerate(model.effects):
         if spec.joint is not None and spec.joint not in model.joints:
-            yield MisfitError(("effects", i, "joint"), f"is none of the joints {', '.join(model.joints)}", spec.joint)
+            yield MisfitError(("effects", i, "joint"), _unknown_joint(spec.joint, model.joints), spec.joint)
+
+
+def _unknown_joint(name: str, joints: tuple[str, ...]) -> str:
+    plain = {joint.lower(): joint for joint in joints}
+    like = difflib.get_close_matches(name.lower(), plain, n=1)
+    return f"is none of the joints {', '.join(joints)}" + (f"; did you mean {plain[like[0]]!r}?" if like else "")
 
 
 def _check_gravity(robot: RobotSection) -> Iterator[MisfitError]:

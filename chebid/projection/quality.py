@@ -77,6 +77,15 @@ def energy_left_out(t: Array, acceleration: Array, residual: Array, bandwidth: f
     return float(lost / (lost + kept)) if lost > 0 else 0.0
 
 
+def energy_beyond(t: Array, acceleration: Array, frequency: float) -> float:
+    """Share of the energy of accelerations (N,) at t (N,) s above a frequency in Hz."""
+    scale = float(np.max(np.abs(acceleration))) or 1.0
+    grid = np.linspace(t[0], t[-1], len(t))
+    f, power = _spectrum(np.interp(grid, t, acceleration / scale), rate_of(t), min(len(t), 1024))
+    total = float(power.sum())
+    return float(power[f > frequency].sum()) / total if total > 0 else 0.0
+
+
 def noise_floor(x: Array, rate: float) -> float:
     """Density (root of squares per Hz) of what samples x (N,) cannot be without: rounding, and counts, however slow."""
     steps = np.abs(np.diff(x))

@@ -15,12 +15,16 @@ from chebid.projection.plan import Plan
 from chebid.projection.quality import (
     TOLERATED_SHARE,
     end_length,
+    energy_beyond,
     energy_left_out,
     inside,
     lag1_autocorrelation,
     noise_floor,
 )
 from chebid.projection.series import Series
+
+_LIMIT = 0.35  # of the rate: a bandwidth above leaves nothing to tell motion from noise by
+_UPPER = 0.2  # of the rate: where no motion that a log resolves has much of its accelerations
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,21 @@ class Projection:
         parts = self.t[where], self.at(self.t, 2)[where], self.residual[where]
         return energy_left_out(*parts, self.plan.bandwidth, noise_floor(self.x, rate_of(self.t)))
 
+    @property
+    def rate(self) -> float:
+        """Hz."""
+        return rate_of(self.t)
+
+    @cached_property
+    def at_the_limit(self) -> bool:
+        """Whether the bandwidth is next to half the rate, and accelerations go up there (a log free of noise may have
+        such a bandwidth without).
+        """
+        if self.plan.bandwidth <= _LIMIT * self.rate:
+            return False
+        where = inside(self.operator, 2)
+        return energy_beyond(self.t[where], self.at(self.t, 2)[where], _UPPER * self.rate) > TOLERATED_SHARE
+
     def end_length(self, order: int = 2) -> float:
         """Seconds at each end where the noise of the derivative is beyond twice its median."""
         return end_length(self.operator, order)
@@ -90,6 +109,16 @@ class Projection:
                     "wide_band",
                     f"{100 * self.energy_left_out:.2g} % of the acceleration's energy lies above the bandwidth of "
                     f"{self.plan.bandwidth:.3g} Hz: inertias will be biased; raise the bandwidth or excite more slowly",
+                    Place(column=self.name),
+                )
+            )
+        if self.at_the_limit:
+            out.append(
+                Notice(
+                    "wide_band",
+                    f"the bandwidth of {self.plan.bandwidth:.3g} Hz is next to half the rate of {self.rate:.4g} Hz: "
+                    "the signal has accelerations up to there, faster than the log can tell, and inertias will be "
+                    "biased; record at a higher rate, excite more slowly, or set a bandwidth",
                     Place(column=self.name),
                 )
             )

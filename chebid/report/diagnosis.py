@@ -43,7 +43,8 @@ def _data(d: Diagnosis) -> list[str]:
     count = f"{len(logs)} log{'s' if len(logs) > 1 else ''}, {len(d.problem.tracks)} record"
     head = f"{count}{'s' if len(d.problem.tracks) > 1 else ''}, {seconds:.3g} s, {samples} samples"
     notices = [str(notice) for notice in d.notices]
-    return [head + (f", {len(notices)} warnings:" if notices else ", no warnings"), *notices]
+    warnings = f"{len(notices) or 'no'} warning{'' if len(notices) == 1 else 's'}{':' if notices else ''}"
+    return [f"{head}, {warnings}", *notices]
 
 
 def _filter(d: Diagnosis) -> list[str]:

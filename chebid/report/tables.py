@@ -1,7 +1,7 @@
 """Tables: for the terminal (rich) and for files (pandas)."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +86,7 @@ def _show_estimate(estimate: Estimate) -> None:
     out = console()
     record = estimate.record
     out.print(
-        f"{estimate.method}: bandwidth {number(record['bandwidth'], 3)} Hz"
+        f"{estimate.method}: {_filter(record)}"
         + (f", equations to {number(record['equation_bandwidth'], 3)} Hz" if "equation_bandwidth" in record else "")
         + f", condition number {number(estimate.condition, 4)}"
     )
@@ -96,6 +96,15 @@ def _show_estimate(estimate: Estimate) -> None:
     for line in remarks(estimate):
         out.print(line)
     out.print()
+
+
+def _filter(record: Mapping[str, Any]) -> str:
+    """What the motion went through: the projections, or the Butterworth filter of a recipe."""
+    recipe = record.get("wls")
+    if recipe is None:
+        return f"bandwidth {number(record['bandwidth'], 3)} Hz"
+    every = f", one sample of {recipe['decimate']}" if recipe.get("decimate", 1) > 1 else ""
+    return f"Butterworth filter of order {recipe['order']} to {number(recipe['cutoff'], 3)} Hz{every}"
 
 
 def _parameter_table(estimate: Estimate) -> Table:

@@ -10,12 +10,14 @@ from matplotlib.figure import Figure
 
 from chebid.basis import Array
 from chebid.effects import Units
+from chebid.equations import moving
 from chebid.estimators import Problem
-from chebid.motion import Track
+from chebid.motion import Mask, Track
 from chebid.report.lines import draw_line
 from chebid.report.style import COLOURS, FAINT, INK, MEASURED, new_figure, styled
 from chebid.results import Comparisons
 
+_NARROWEST = 2000  # of the width of a record: thinner greys would not be seen
 _GAP = np.nan  # between records, so that lines do not join them
 
 
@@ -25,7 +27,7 @@ def torque_figure(problem: Problem, thetas: Mapping[str, Array]) -> Figure:
         name: [problem.dynamics.torque(track.motion, theta) for track in problem.tracks]
         for name, theta in thetas.items()
     }
-    return prediction_figure(problem.tracks, torques, problem.dynamics.robot.rotary)
+    return prediction_figure(problem.tracks, torques, problem.dynamics.robot.rotary, _used(problem))
 
 
 @styled
@@ -42,7 +44,8 @@ def comparison_figure(results: Comparisons) -> Figure:
             ]
             for entry in mine
         }
-        _draw(axes, mine[0].problem.tracks, torques, first.dynamics.robot.rotary)
+        problem = mine[0].problem
+        _draw(axes, problem.tracks, torques, first.dynamics.robot.rotary, _used(problem))
         if len(logs) > 1:
             axes[0].set_title(Path(log).name, pad=20)
     _finish(figure, columns)
@@ -51,13 +54,23 @@ def comparison_figure(results: Comparisons) -> Figure:
 
 @styled
 def prediction_figure(
-    tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None = None
+    tracks: Sequence[Track],
+    torques: Mapping[str, Sequence[Array]],
+    rotary: Sequence[bool] | None = None,
+    used: Sequence[Mask] | None = None,
 ) -> Figure:
-    """Per joint: torques (N, J) of each model against the measured ones, and the residuals where there are such."""
+    """Per joint: torques (N, J) of each model against the measured ones, and the residuals where there are such.
+
+    `used`: the samples (N, J) that are used on each joint; None: all but the ends.
+    """
     figure, columns = _panels(tracks[0].motion.q.shape[1], 1, _measured(tracks))
-    _draw(columns[0], tracks, torques, rotary)
+    _draw(columns[0], tracks, torques, rotary, used)
     _finish(figure, columns)
     return figure
+
+
+def _used(problem: Problem) -> list[Mask]:
+    return [moving(track, problem.gate) for track in problem.tracks]
 
 
 def _panels(joints: int, logs: int, measured: bool = True) -> tuple[Figure, list[list[Axes]]]:
@@ -76,8 +89,13 @@ def _panels(joints: int, logs: int, measured: bool = True) -> tuple[Figure, list
 
 
 def _draw(
-    axes: Sequence[Axes], tracks: Sequence[Track], torques: Mapping[str, Sequence[Array]], rotary: Sequence[bool] | None
+    axes: Sequence[Axes],
+    tracks: Sequence[Track],
+    torques: Mapping[str, Sequence[Array]],
+    rotary: Sequence[bool] | None,
+    used: Sequence[Mask] | None,
 ) -> None:
+    kept = used or [np.repeat(track.valid[:, None], track.motion.q.shape[1], axis=1) for track in tracks]
     t = _join([track.motion.t for track in tracks])
     measured = _join([track.torque for track in tracks]) if _measured(tracks) else None
     for j, name in enumerate(tracks[0].log.names):
@@ -97,16 +115,20 @@ def _draw(
             panels[1].set_ylabel(f"residual [{unit.replace('.', '·')}]")
             panels[1].axhline(0, color=INK, linewidth=0.6)
         for panel in panels:
-            _shade_ends(panel, tracks)
+            for track, mask in zip(tracks, kept, strict=True):
+                first = panel is axes[0] and track is tracks[0]
+                _shade(panel, track.motion.t, ~mask[:, j], "not used" if first else None)
 
 
-def _shade_ends(panel: Axes, tracks: Sequence[Track]) -> None:
-    """Grey where the ends of a record cannot be trusted: what stands out there is no fault of the model."""
-    for track in tracks:
-        t, inside = track.motion.t, np.flatnonzero(track.valid)
-        if len(inside):
-            for begin, end in ((t[0], t[inside[0]]), (t[inside[-1]], t[-1])):
-                panel.axvspan(begin, end, color=FAINT, alpha=0.25, linewidth=0)
+def _shade(panel: Axes, t: Array, left_out: Mask, label: str | None) -> None:
+    """Grey where samples (N,) are left out, ends and slow motion: what stands out there is no fault of the model."""
+    edges = np.flatnonzero(np.diff(left_out, prepend=False, append=False))
+    begin, end = t[edges[::2]], t[np.minimum(edges[1::2], len(t) - 1)]
+    seen = end - begin > (t[-1] - t[0]) / _NARROWEST
+    spans = list(zip(begin[seen], (end - begin)[seen], strict=True))
+    panel.broken_barh(
+        spans, (0, 1), transform=panel.get_xaxis_transform(), color=FAINT, alpha=0.25, linewidth=0, label=label
+    )
 
 
 def _measured(tracks: Sequence[Track]) -> bool:

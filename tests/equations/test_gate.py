@@ -5,6 +5,7 @@ import pytest
 from arms import make_log, make_model, multisine, paper_moves, planar_torque, white
 
 from chebid.equations import choose_gate, moving
+from chebid.equations.gate import fast_enough
 from chebid.estimators import Problem
 
 
@@ -38,3 +39,19 @@ def test_samples_at_the_gate_are_used():
     used = moving(track, gate)
     assert used[300, 0] and used[301, 1]
     np.testing.assert_array_equal(used, (speed >= gate) & track.valid[:, None])
+
+
+def test_where_another_joint_turns_its_direction_is_unknown_too():
+    """Coulomb friction of joint 1 on joint 2: the rows of joint 2 leave out the reversals of joint 1 as well."""
+    path = paper_moves()
+    log = make_log(path.t, path.q, planar_torque(path))
+    coupled = {"effect": "coulomb_coupling", "joint": "q2", "source": "q1"}
+    problem = Problem(make_model(effects=["coulomb", coupled]), (log,))
+    (track,) = problem.tracks
+    fast = (np.abs(track.motion.dq) >= problem.gate) & track.valid[:, None]
+    used = moving(track, problem.gate)
+    np.testing.assert_array_equal(used[:, 0], fast[:, 0])
+    np.testing.assert_array_equal(used[:, 1], fast[:, 1] & fast[:, 0])
+    assert used[:, 1].sum() < fast[:, 1].sum()
+    np.testing.assert_array_equal(moving(Problem(make_model(), (log,)).tracks[0], problem.gate), fast)
+    np.testing.assert_array_equal(fast_enough(track.motion.dq, problem.gate, [(0,), (0, 1)]) & fast, used)
