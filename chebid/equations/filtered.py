@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.ndimage
 import scipy.signal
+from numpy.typing import NDArray
 
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
@@ -55,7 +56,7 @@ def filtered_rows(records: list[Record], dynamics: Dynamics, settings: FilterSet
 
 def _record_rows(record: Record, dynamics: Dynamics, settings: FilterSettings, delay: float) -> Rows:
     t, motion, tau = filtered_motion(record, settings, delay)
-    used = np.ones(tau.shape, dtype=bool)
+    used = np.repeat(_known(record, t, 0.5 / settings.cutoff)[:, None], tau.shape[1], axis=1)
     if settings.gate is not None:
         signs = [dynamics.signs(joint) for joint in range(tau.shape[1])]
         used &= fast_enough(motion.dq, np.asarray(settings.gate), signs)
@@ -111,11 +112,21 @@ def _even(record: Record, delay: float) -> tuple[Array, Array, Array]:
     return t, on(known, record.q), on(known - delay, tau)
 
 
+def _known(record: Record, t: Array, longest: float) -> NDArray[np.bool_]:
+    """Which instants t (N,) lie outside, by that much, every stretch without positions of more than `longest` s."""
+    known = record.t[np.isfinite(record.q).all(axis=1)]
+    known = np.concatenate([[record.t[0]], known, [record.t[-1]]])
+    out = np.ones(len(t), dtype=bool)
+    for gap in np.flatnonzero(np.diff(known) > longest):
+        out &= (t <= known[gap] - longest) | (t >= known[gap + 1] + longest)
+    return out
+
+
 def _stack(system: Array, used: Array, settings: FilterSettings, rate: float) -> Rows:
     joints = system.shape[1]
     factor = settings.decimate
     thinned = decimate(system, factor)
-    share = decimate(used.astype(float), factor) if settings.gate is not None else np.ones(thinned.shape[:2])
+    share = np.ones(thinned.shape[:2]) if used.all() else decimate(used.astype(float), factor)
     kept = share > 0.5
     parts = [thinned[kept[:, j], j] for j in range(joints)]
     grams = np.einsum("njp,njq->jpq", system, system, optimize=True)
@@ -132,7 +143,14 @@ def _stack(system: Array, used: Array, settings: FilterSettings, rate: float) ->
         noise=tuple(JointNoise(grams[j], samples[j], float(len(parts[j]))) for j in range(joints)),
         serial=True,
         repeat=1.0 if settings.parallel else float(factor),
+        passed=_passed(settings, rate),
     )
+
+
+def _passed(settings: FilterSettings, rate: float) -> float:
+    """Share of the band that rows can hold which is left on the torque."""
+    share = _KEPT if settings.decimate > 1 else 1.0
+    return min(share, 2 * settings.decimate * settings.cutoff / rate) if settings.parallel else share
 
 
 def decimate(x: Array, factor: int) -> Array:

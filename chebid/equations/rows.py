@@ -33,8 +33,8 @@ class Rows:
     """W (R, P), Y (R,): eq. 20. `joint` (R,) whose torque a row is; `frequency` (R,) Hz that it represents.
 
     `block` (R,) numbers stretches of time in order: rows of different blocks are apart in time. `serial`: neighbouring
-    rows of a joint follow each other in time (samples); otherwise they are coefficients of orthonormal polynomials,
-    whose noise is uncorrelated but may depend on frequency.
+    rows of a joint follow each other in time (samples), within a `record` (R,); otherwise they are coefficients of
+    orthonormal polynomials, whose noise is uncorrelated but may depend on frequency.
     """
 
     W: Array
@@ -45,6 +45,8 @@ class Rows:
     noise: tuple[JointNoise, ...]
     serial: bool = False
     repeat: float = 1.0  # samples that a row stands for, after decimation
+    passed: float = 1.0  # of the band that serial rows can hold, left by the filters of their torque
+    record: Index | None = None  # None: all of one
 
     @property
     def joints(self) -> int:
@@ -71,4 +73,6 @@ def merge(parts: list[Rows]) -> Rows:
         noise=noise,
         serial=parts[0].serial,
         repeat=parts[0].repeat,
+        passed=parts[0].passed,
+        record=np.repeat(np.arange(len(parts)), [len(p.Y) for p in parts]),
     )

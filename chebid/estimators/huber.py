@@ -16,7 +16,7 @@ from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import HuberSettings, method_settings
 from chebid.estimators.weighted import Solution, solve
-from chebid.estimators.wls import in_band, recipe, wls_rows
+from chebid.estimators.wls import recipe, wls_rows
 
 _ROUNDS = 50
 
@@ -37,7 +37,7 @@ def huber(problem: Problem) -> Estimate:
     return assemble(
         problem,
         "huber",
-        in_band(_corrected(found, rows, root), rows, filters, problem.tracks[0].rate),
+        _corrected(found, rows, root),
         rows,
         {
             "huber": {"k": settings.k, "downweighted": float(np.mean(root < 0.999))},

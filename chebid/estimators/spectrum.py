@@ -2,8 +2,8 @@
 
 log v(f) is a polynomial in the root of the frequency, of a degree chosen by Akaike's criterion: constant for white
 noise, falling for coloured noise, rising where noise of the positions is differentiated. Restricted likelihood
-(Patterson and Thompson, Biometrika 58, 1971) counts off what the parameters have taken from the residual, frequency by frequency.
-Squares averaged over bands of some ten rows would make deviations that scatter by a quarter of themselves.
+(Patterson and Thompson, Biometrika 58, 1971) counts off what the parameters have taken from the residual, frequency by
+frequency. Squares averaged over bands of ten rows would make deviations that scatter by a quarter of themselves.
 """
 
 import numpy as np

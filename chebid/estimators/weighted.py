@@ -7,6 +7,7 @@ of ten between joints, and unweighted the small joint's parameters come out seve
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.fft
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -44,7 +45,7 @@ def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = N
             break
     weight = extra / sigma[rows.joint]
     theta, inverse = _least_squares(rows.W * weight[:, None], rows.Y * weight, parameters)
-    honest = sandwich(rows, theta, rows.W, inverse, weight)
+    honest = sandwich(rows, rows.W, inverse, weight)
     return Solution(theta, honest, inverse, sigma, float(np.linalg.cond(rows.W)))
 
 
@@ -62,7 +63,7 @@ def solve_instrumental(rows: Rows, Z: Array, start: Solution, parameters: tuple[
     bread = np.asarray(np.linalg.inv(product), dtype=np.float64)
     theta = bread @ ((Z * weight[:, None]).T @ (rows.Y * weight))
     white = bread @ ((Z * weight[:, None]).T @ (Z * weight[:, None])) @ bread.T
-    return Solution(theta, sandwich(rows, theta, Z, bread, weight, white), white, start.sigma, start.condition)
+    return Solution(theta, sandwich(rows, Z, bread, weight), white, start.sigma, start.condition)
 
 
 def _least_squares(W: Array, Y: Array, parameters: tuple[Parameter, ...]) -> tuple[Array, Array]:
@@ -104,48 +105,34 @@ def _sigma(rows: Rows, theta: Array, inverse: Array, weight: Array, extra: Array
     return np.maximum(out, max(smallest, np.finfo(float).tiny))
 
 
-def sandwich(rows: Rows, theta: Array, Z: Array, bread: Array, weight: Array, white: Array | None = None) -> Array:
-    """Honest covariance (P, P) of theta = bread Z^T Y: the residuals have the correlation (samples) or the spectrum
-    (coefficients) that they show. Never below `white` (default: bread), as a sandwich of few rows can be by chance.
-    """
-    if not rows.serial:
-        return _spectral(rows, Z, bread, weight)
-    meat = _serial_meat(rows, (Z * weight[:, None]) * ((rows.Y - rows.W @ theta) * weight)[:, None])
-    return _at_least(bread @ meat @ bread.T, bread if white is None else white)
-
-
-def _spectral(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
-    """With the variance of the residual as a function of joint and frequency.
+def sandwich(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
+    """Honest covariance (P, P) of theta = bread Z^T Y: the residual has the variance, joint by joint and frequency by
+    frequency, that it shows.
 
     Each deviation is widened by Student's quantile over the normal one: its own freedom follows from how surely the
     variances are known that it is made of (Satterthwaite, Biometrics Bulletin 2, 1946).
     """
-    influence, W, Y = (Z * weight[:, None]) @ bread.T, rows.W * weight[:, None], rows.Y * weight
     covariance, doubt = np.zeros((rows.W.shape[1],) * 2), np.zeros(rows.W.shape[1])
     for j in range(rows.joints):
         mine = rows.joint == j
-        variance, unsure = spectral_variance(W[mine], Y[mine], rows.frequency[mine])
-        covariance += (influence[mine] * variance[:, None]).T @ influence[mine]
-        doubt += np.sum(((influence[mine] ** 2 * variance[:, None]).T @ unsure) ** 2, axis=1)
+        columns = np.column_stack([rows.W[mine], rows.Y[mine], Z[mine] @ bread.T]) * weight[mine, None]
+        frequency = rows.frequency[mine]
+        if rows.serial:
+            columns, frequency = _by_frequency(columns, rows.passed)
+        W, Y, influence = np.split(columns, [rows.W.shape[1], rows.W.shape[1] + 1], axis=1)
+        variance, unsure = spectral_variance(W, Y[:, 0], frequency)
+        covariance += (influence * variance[:, None]).T @ influence
+        doubt += np.sum(((influence**2 * variance[:, None]).T @ unsure) ** 2, axis=1)
     freedom = 2 * np.diag(covariance) ** 2 / np.maximum(doubt, np.finfo(float).tiny)
     wider = student.ppf(_QUANTILE, np.maximum(freedom, 2.0)) / norm.ppf(_QUANTILE)
     return covariance * np.outer(wider, wider)
 
 
-def _serial_meat(rows: Rows, scores: Array) -> Array:
-    """Newey-West: products of scores at lags up to L with Bartlett weights, within each joint's run of samples."""
-    meat = np.zeros((scores.shape[1],) * 2)
-    for j in range(rows.joints):
-        mine = scores[rows.joint == j]
-        lags = int(4 * (len(mine) / 100) ** (2 / 9)) * 4
-        meat += mine.T @ mine
-        for lag in range(1, min(lags, len(mine) - 1) + 1):
-            product = mine[lag:].T @ mine[:-lag]
-            meat += (1 - lag / (lags + 1)) * (product + product.T)
-    return meat
+def _by_frequency(columns: Array, passed: float) -> tuple[Array, Array]:
+    """Samples in a row (R, K) as their cosine transform, which leaves least squares as it is, and its frequencies.
 
-
-def _at_least(honest: Array, white: Array) -> Array:
-    """Scale rows and columns up where the honest variance fell below the white one."""
-    factor = np.sqrt(np.maximum(1.0, np.diag(white) / np.maximum(np.diag(honest), np.finfo(float).tiny)))
-    return honest * np.outer(factor, factor)
+    Of these only those that filters have `passed`: what is above has no noise, and stands for no equation.
+    """
+    count = len(columns)
+    kept = max(int(passed * count), columns.shape[1], 1)
+    return scipy.fft.dct(columns, axis=0, norm="ortho")[:kept], np.arange(1, count + 1)[:kept] / count

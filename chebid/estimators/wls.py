@@ -5,19 +5,20 @@ The settings under `methods: wls:` are a recipe: run as written, nothing automat
 come out again. What the recipe leaves out (no section at all) is taken from the automatic choices of the projection.
 """
 
-from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 from chebid.equations import FilterSettings, Rows, filtered_rows
 from chebid.estimators.assemble import assemble
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import Estimate
 from chebid.estimators.settings import WlsSettings, method_settings
-from chebid.estimators.weighted import Solution, solve
+from chebid.estimators.weighted import solve
 
-_WIDER = 1.5  # times the bandwidth of the projection: a Butterworth filter bends what lies below its cut-off
+# A Butterworth filter bends what lies below its cut-off; the torque passes through the same one, but friction made of
+# filtered velocities is not filtered friction. So it lies far above the band of the equations, which both sides are
+# filtered to when they are decimated.
+_WIDER = 1.5  # times the bandwidth of the projection
+_ABOVE = 2.5  # times the band of the equations: bent by less than 1e-3
 
 
 def filter_settings(problem: Problem) -> FilterSettings:
@@ -27,7 +28,7 @@ def filter_settings(problem: Problem) -> FilterSettings:
     written = settings.cutoff is not None
     rate = problem.tracks[0].rate
     gated = not written or processing.velocity_gate is not None
-    cutoff = settings.cutoff or min(_WIDER * problem.bandwidth, 0.35 * rate)
+    cutoff = settings.cutoff or min(max(_WIDER * problem.bandwidth, _ABOVE * problem.band.frequency), 0.35 * rate)
     # the filter starts from reflected ends: its accelerations are wrong for some three periods of the cut-off
     cut = 0.0 if written else 3 / cutoff
     return FilterSettings(
@@ -48,17 +49,6 @@ def wls_rows(problem: Problem) -> tuple[Rows, FilterSettings]:
     return filtered_rows(records, problem.dynamics, settings, problem.model.log.torque_delay), settings
 
 
-def in_band(found: Solution, rows: Rows, settings: FilterSettings, rate: float) -> Solution:
-    """The same, its honest covariance at least that of noise which the filters left in their band only.
-
-    Filtered rows amount to fewer equations than their number, by the share of the band in what their rate can hold.
-    """
-    share = min(1.0, float(rows.frequency.max()) * 2 * settings.decimate / rate)
-    least = np.diag(found.white) / share
-    factor = np.sqrt(np.maximum(1.0, least / np.maximum(np.diag(found.covariance), np.finfo(float).tiny)))
-    return replace(found, covariance=found.covariance * np.outer(factor, factor))
-
-
 def recipe(settings: FilterSettings) -> dict[str, Any]:
     """The settings that were used, for the record."""
     return {key: value for key, value in vars(settings).items() if value is not None}
@@ -67,5 +57,10 @@ def recipe(settings: FilterSettings) -> dict[str, Any]:
 def wls(problem: Problem) -> Estimate:
     """Estimate by filtered differences. Raises NoAnswerError on rank loss or when nothing is left to use."""
     rows, settings = wls_rows(problem)
-    found = in_band(solve(rows, problem.dynamics.parameters), rows, settings, problem.tracks[0].rate)
-    return assemble(problem, "wls", found, rows, {"wls": recipe(settings), "bandwidth": settings.cutoff})
+    return assemble(
+        problem,
+        "wls",
+        solve(rows, problem.dynamics.parameters),
+        rows,
+        {"wls": recipe(settings), "bandwidth": settings.cutoff},
+    )
