@@ -16,6 +16,7 @@ from chebid.cli.identify import identify
 from chebid.cli.predict import predict
 from chebid.cli.project import project
 from chebid.cli.refine import refine
+from chebid.cli.report import report
 from chebid.cli.simulate import simulate
 from chebid.errors import ChebidError
 
@@ -28,7 +29,7 @@ app = typer.Typer(
     help="From a robot's log (joint positions, motor torques) to a dynamic model one can trust.",
     epilog="Every command: --quiet silences progress and warnings, --debug shows tracebacks. SI units throughout.",
 )
-for command in (project, derive, identify, freqresp, predict, compare, diagnose, add, refine, excite, simulate):
+for command in (project, derive, identify, freqresp, predict, compare, diagnose, add, refine, excite, simulate, report):
     app.command()(command)
 
 
