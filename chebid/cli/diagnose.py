@@ -61,6 +61,9 @@ def _say_next(found: "Diagnosis", model: Path, logs: list[Path]) -> None:
     verdict, given = found.verdict, " ".join(map(str, logs))
     if verdict.status == "missing" and verdict.best is not None:
         name = label(verdict.best.effect, joints)
+        if verdict.changed:
+            typer.echo(f"next        chebid identify {given} --model {model} -o {model.stem}_now.yaml")
+            return
         rivals = " ".join(label(one.effect, joints) for one in verdict.alternatives)
         if rivals:
             typer.echo(f"separate    chebid excite {model} --separate {name} {rivals} -o separate.csv")

@@ -17,6 +17,7 @@ import scipy.optimize
 from chebid.basis import Array
 from chebid.critique.evidence import Evidence, Judged
 from chebid.effects import Effect
+from chebid.effects.channel import TorqueDelay
 
 _CHANCE = 0.98
 _DRAWS = 200
@@ -65,6 +66,8 @@ def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bo
     joints = range(len(evidence.dynamics.joints))
     own = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
     for name, kind in kinds.items():
+        if evidence.brief and kind is TorqueDelay:
+            continue  # that of logging, which is allowed for
         for joint in [None] if kind.whole_arm else joints:
             if present or (name, joint) not in own:
                 settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))

@@ -6,7 +6,7 @@ the columns of the model, so that the gain of a candidate is the squared length 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from chebid.basis import Array
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect, Motion
+from chebid.effects.channel import TorqueDelay
 from chebid.equations import Rows, measured_rows, moving
 from chebid.equations.functions import Functions, moving_functions
 from chebid.estimators.problem import Problem
@@ -29,6 +30,7 @@ _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
 _OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
 _HALF = 0.5  # of the bandwidth of q
+_LAG = 2.5e-3  # s by which torques are logged early or late: half a control period of 200 Hz
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
 
 
@@ -108,13 +110,34 @@ class Evidence:
         return np.concatenate([rows, np.zeros((more, *rows.shape[1:]))]) if more else rows
 
     @cached_property
+    def nuisance(self) -> Array:
+        """Whitened columns (R, J) or (R, J + 1) of what is no fault of the model: the edge of the projection, and a
+        torque that was logged a fraction of a control period early or late.
+        """
+        return np.hstack([self.edge, self._late]) if self.brief else self.edge
+
+    @cached_property
+    def brief(self) -> bool:
+        """Whether the lag between torque and positions is that of logging, too short to be an effect.
+
+        (Torque logged at the command's instant and held leads by half a control period, facts.md section 5.)
+        """
+        control = self.ground.problem.model.control
+        usual = max(_LAG, 0.5 / control.rate if control else 0.0)
+        basis = orthonormal(np.hstack([self.system[0], self.edge]))
+        column = self._late[:, 0] - basis @ (basis.T @ self._late[:, 0])
+        length = float(column @ column)
+        return length > 0 and abs(float(column @ self.system[1])) / length <= usual
+
+    @cached_property
+    def _late(self) -> Array:
+        """Whitened column (R, 1) of a torque logged late."""
+        return self.columns(TorqueDelay(None))
+
+    @cached_property
     def model(self) -> Array:
-        """Orthonormal basis (R, P + J) of the whitened columns of the model and of the edge of the projection."""
-        W = np.hstack([self.system[0], self.padded(self.edge)])
-        W = W[:, np.linalg.norm(W, axis=0) > 0]
-        q, r = np.linalg.qr(W / np.linalg.norm(W, axis=0))
-        kept = np.abs(np.diag(r)) > 1e-10
-        return q[:, kept]
+        """Orthonormal basis (R, P + J) of the whitened columns of the model and of what is no fault of it."""
+        return orthonormal(np.hstack([self.system[0], self.nuisance]))
 
     @cached_property
     def edge(self) -> Array:
@@ -127,7 +150,7 @@ class Evidence:
             joints = np.arange(sharp.shape[1])
             edges = [np.where(joints == j, motion.ddq - sharp, 0.0) for j in joints]
             columns.append(np.stack([self._inertial(motion, edge) for edge in edges], axis=2))
-        return self._whitened(columns)
+        return self.project(columns)
 
     def _inertial(self, motion: Motion, ddq: Array) -> Array:
         """Torque (N, J) of accelerations (N, J) beside those of the motion."""
@@ -203,7 +226,21 @@ class Evidence:
             energies = float(np.sum(before[mine] ** 2)), float(np.sum(after[mine] ** 2))
             if min(energies) > 0:
                 known += len(mine) / 2 * float(np.log(energies[0] / energies[1]))
-        return known
+        return known * self._evenness(basis, after)
+
+    def _evenness(self, basis: Array, after: Array) -> float:
+        """Share (0 to 1) of a gain that is left when noise is counted where the columns of a basis are.
+
+        Rows that are noisier than others at their joint and frequency (a drive that chatters, friction at low speed)
+        say less (White, Econometrica 48, 1980).
+        """
+        along = basis.T @ self.residual
+        plain = float(along @ along)
+        if plain <= 0:
+            return 1.0
+        spread = (basis * after[:, None] ** 2).T @ basis
+        spread += 1e-9 * np.trace(spread) * np.eye(len(spread))
+        return min(1.0, float(along @ np.linalg.solve(spread, along)) / plain)
 
     def judge(self, effect: Effect) -> Judged:
         """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.
@@ -227,6 +264,13 @@ class Evidence:
         return not known and float(rows[:, 0] @ self.residual) < 0
 
 
+def orthonormal(W: Array) -> Array:
+    """Orthonormal basis (R, K) of the columns that are there, and not made of those before."""
+    W = W[:, np.linalg.norm(W, axis=0) > 0]
+    q, r = np.linalg.qr(W / np.linalg.norm(W, axis=0))
+    return np.asarray(q[:, np.abs(np.diag(r)) > 1e-10])
+
+
 def _inverse_root(covariance: Array) -> Array:
     """R with R^T R the inverse of a covariance (P, P)."""
     scale = np.sqrt(np.diag(covariance))
@@ -246,7 +290,8 @@ def _widened(track: Track, problem: Problem) -> Track:
     ]
     trim = problem.model.processing.trim
     delay = problem.model.log.torque_delay
-    return make_track(track.log, track.record, problem.setting, plans=tuple(used), delay=delay, trim=trim)
+    wider = make_track(track.log, track.record, problem.setting, plans=tuple(used), delay=delay, trim=trim)
+    return replace(wider, signs=track.signs)
 
 
 def _below(projection: Projection, t: Array) -> Array:

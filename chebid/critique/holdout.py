@@ -8,7 +8,7 @@ of the hold-out, R rows, and its deviation fitted: -(R / 2) ln(RSS(A + B) - RSS(
 import numpy as np
 
 from chebid.basis import Array
-from chebid.critique.evidence import Evidence
+from chebid.critique.evidence import Evidence, orthonormal
 from chebid.effects import Effect
 
 
@@ -34,13 +34,11 @@ class Holdout:
 
 
 def _system(evidence: Evidence, effect: Effect | None) -> tuple[Array, Array]:
-    """Whitened columns of model and effect, and torques, without what lies along the edge of the projection."""
+    """Whitened columns of model and effect, and torques, without what lies along what is no fault of the model."""
     W, Y = evidence.system
     if effect is not None:
         W = np.hstack([W, evidence.columns(effect)])
-    edge = evidence.padded(evidence.edge)
-    edge = edge[:, np.linalg.norm(edge, axis=0) > 0]
-    basis = np.linalg.qr(edge / np.linalg.norm(edge, axis=0))[0]
+    basis = orthonormal(evidence.nuisance)
     return W - basis @ (basis.T @ W), Y - basis @ (basis.T @ Y)
 
 

@@ -12,7 +12,7 @@ from chebid.critique.found import Found
 
 Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 
-MARGIN = 8.0  # score beyond chance from which on an effect is believed
+MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 _ALIKE = 3.0  # times farther for effects that are known to look alike

@@ -14,6 +14,7 @@ from chebid.motion import Mask
 _CELLS = 8
 _FEWEST = 12  # independent values in a cell, for its rms to say something
 _TOLD = 3  # cells per joint
+_STANDS_OUT = 1.3  # error over noise from which on a cell is told
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ def where(evidence: Evidence, theta: Array) -> list[Cell]:
     """The worst cells of each joint, under parameters theta (P,); at most one for each variable."""
     out = []
     for joint in range(len(evidence.dynamics.joints)):
-        cells = sorted(_cells(evidence, theta, joint), key=lambda cell: -cell.ratio)
+        found = (cell for cell in _cells(evidence, theta, joint) if cell.ratio >= _STANDS_OUT)
+        cells = sorted(found, key=lambda cell: -cell.ratio)
         best = {cell.variable: cell for cell in reversed(cells)}
         out += sorted(best.values(), key=lambda cell: -cell.ratio)[:_TOLD]
     return out
