@@ -1,7 +1,7 @@
 """What a search needs of a criterion, and the descent that all families of motions share."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from scipy.optimize import minimize
@@ -36,8 +36,12 @@ class Objective(Protocol):
 
 def descend(target: Callable[[Array], tuple[float, Array]], free: Array, iterations: int, gradient: bool) -> Array:
     """The nearest best free numbers by SLSQP; `target` gives value and gradient, of which the latter may be ignored."""
-    options = {"maxiter": iterations if gradient else -(-iterations // _FEWER), "ftol": _PRECISION}
     if gradient:
-        return np.asarray(minimize(target, free, jac=True, method="SLSQP", options=options).x)
-    options["eps"] = _STEP
-    return np.asarray(minimize(lambda x: target(x)[0], free, method="SLSQP", options=options).x)
+        exact = minimize(target, free, jac=True, method="SLSQP", options={"maxiter": iterations, "ftol": _PRECISION})
+        return np.asarray(exact.x)
+
+    def value(x: Array) -> float:
+        return target(x)[0]
+
+    steps = {"maxiter": -(-iterations // _FEWER), "ftol": _PRECISION, "eps": _STEP}
+    return np.asarray(minimize(value, free, method="SLSQP", options=cast(Any, steps)).x)

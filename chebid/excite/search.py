@@ -18,7 +18,7 @@ from chebid.robots import Array
 KINDS = ("points", "fourier")
 _MOST = 1000  # samples at which the search evaluates the criterion
 _TRIED = 20  # random motions per start, of which the best is improved
-ITERATIONS = 200
+_ITERATIONS = 200
 _CRAWL = 0.005  # of the largest velocity: what is slower hardly counts, and identification leaves it out
 Progress = Callable[[int, int, float], None]
 Family = Points | Fourier
@@ -119,7 +119,12 @@ def told(found: Found, family: Family, dynamics: Dynamics, t: Array, starts: int
 
 
 def search_best(
-    search: Objective, family: Family, random: np.random.Generator, starts: int, progress: Progress | None
+    search: Objective,
+    family: Family,
+    random: np.random.Generator,
+    starts: int,
+    progress: Progress | None,
+    iterations: int = _ITERATIONS,
 ) -> Found | None:
     """Improve the best of 20 random motions, `starts` times. None when all of them are of no use."""
     best, best_value, first, first_value = None, np.inf, None, np.inf
@@ -131,7 +136,7 @@ def search_best(
         start = motions[int(np.argmin(values))]
         if min(values) < first_value:
             first, first_value = start, min(values)
-        found = family.improve(search, start, ITERATIONS) if min(values) < np.inf else start
+        found = family.improve(search, start, iterations) if min(values) < np.inf else start
         value = search.objective(family.motion(found, search.t))[0]
         if value < best_value:
             best, best_value = found, value
