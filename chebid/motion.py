@@ -40,6 +40,7 @@ class Track:
     valid: Mask
     tau: Array | None
     signs: tuple[tuple[int, ...], ...] = ()
+    trim: float = 0.0  # s that were cut at each end
 
     @property
     def torque(self) -> Array:
@@ -75,28 +76,31 @@ def make_track(
     plans: tuple[Used, ...] | None = None,
     delay: float = 0.0,
     trim: float | None = None,
+    least: float = 0.0,
 ) -> Track:
     """Project every joint of a record. `plans` of an earlier fit replace the choice; `delay` s by which torque lags.
 
-    `trim` s is cut at each end; None: the end effect of the accelerations, at least one period of the bandwidth, at
-    most a fifth of the record. Where positions lack for longer than the projection can bridge, that is an end as well.
+    `trim` s is cut at each end; None: the end effect of the accelerations, at least one period of the bandwidth and
+    `least` s, at most a fifth of the record. Where positions lack for longer than the projection can bridge, that is an
+    end as well.
     """
     projections = project_record(log, record, plans or setting)
     at = record.t - delay if delay else record.t
     q, dq, ddq = (np.column_stack([p.at(at, order) for p in projections]) for order in (0, 1, 2))
-    cut = trim if trim is not None else _end(projections, record.duration)
+    cut = trim if trim is not None else _end(projections, record.duration, least)
     inside = (at >= record.t[0] + cut) & (at <= record.t[-1] - cut)
     for projection in projections:
         inside &= _bridged(projection, at, cut)
     known = np.isfinite(record.tau).all(axis=1) if record.tau is not None else True
-    return Track(log, record, projections, Motion(at, q, dq, ddq), inside & known, record.tau)
+    return Track(log, record, projections, Motion(at, q, dq, ddq), inside & known, record.tau, trim=cut)
 
 
-def _end(projections: tuple[Projection, ...], duration: float) -> float:
+def _end(projections: tuple[Projection, ...], duration: float, least: float) -> float:
     """Seconds at each end where accelerations cannot be trusted: of all joints, but never the better part of a record
     (a joint that rests has next to no bandwidth, and no accelerations either).
     """
-    return min(max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections), _MOST_CUT * duration)
+    needed = max(max(p.end_length(), 1 / p.plan.bandwidth) for p in projections)
+    return min(max(needed, least), _MOST_CUT * duration)
 
 
 def _bridged(projection: Projection, at: Array, cut: float) -> Mask:

@@ -18,6 +18,5 @@ def poly(problem: Problem) -> Estimate:
         "equation_bandwidth": problem.band.frequency,
         "equation_bandwidth_reason": problem.band.reason,
         "equations": {joint: n.equations for joint, n in zip(dynamics.joints, rows.noise, strict=True)},
-        "trim": problem.model.processing.trim,
     }
     return assemble(problem, "poly", found, rows, record)

@@ -66,13 +66,11 @@ class Problem:
     @cached_property
     def tracks(self) -> list[Track]:
         """All records of all logs, projected."""
-        trim = self.model.processing.trim
-        if trim is None and self.used:
-            trim = self.used.get("trim")
+        given = {"trim": self.model.processing.trim, "least": (self.used or {}).get("trim") or 0.0}
         delay, joints = self.model.log.torque_delay, range(len(self.model.joints))
         signs = tuple(self._unsettled.signs(joint) for joint in joints)
         return [
-            replace(make_track(log, record, self.setting, delay=delay, trim=trim), signs=signs)
+            replace(make_track(log, record, self.setting, delay=delay, **given), signs=signs)
             for log in self.logs
             for record in log.records
         ]
@@ -129,6 +127,7 @@ class Problem:
             "bandwidth": self.bandwidth,
             "degree": self.degree,
             "projection": {joint: _plan_to(used) for joint, used in zip(joints, first.used, strict=True)},
+            "trim": max(track.trim for track in self.tracks),
             "velocity_gate": dict(zip(joints, map(float, self.gate), strict=True)),
         }
 

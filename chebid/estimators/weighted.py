@@ -13,7 +13,9 @@ from scipy.stats import t as student
 
 from chebid.basis import Array
 from chebid.equations import Rows
+from chebid.equations.rows import Index
 from chebid.errors import NoAnswerError
+from chebid.estimators.enough import require_enough
 from chebid.estimators.spectrum import spectral_variance
 from chebid.robots import Parameter
 
@@ -34,7 +36,11 @@ class Solution:
 
 
 def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = None) -> Solution:
-    """Estimate theta; `extra` (R,) are further weights per row (robust ones). Raises NoAnswerError on rank loss."""
+    """Estimate theta; `extra` (R,) are further weights per row (robust ones).
+
+    Raises NoAnswerError on rank loss, and for a joint with no more equations than parameters.
+    """
+    require_enough(rows, parameters)
     extra = np.ones(len(rows.Y)) if extra is None else extra
     sigma = np.ones(rows.joints)
     for _ in range(_ROUNDS):
@@ -118,7 +124,7 @@ def sandwich(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
         columns = np.column_stack([rows.W[mine], rows.Y[mine], Z[mine] @ bread.T]) * weight[mine, None]
         frequency = rows.frequency[mine]
         if rows.serial:
-            columns, frequency = _by_frequency(columns, rows.passed)
+            columns, frequency = _by_frequency(columns, rows.passed, None if rows.record is None else rows.record[mine])
         W, Y, influence = np.split(columns, [rows.W.shape[1], rows.W.shape[1] + 1], axis=1)
         variance, unsure = spectral_variance(W, Y[:, 0], frequency)
         covariance += (influence * variance[:, None]).T @ influence
@@ -128,11 +134,15 @@ def sandwich(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
     return covariance * np.outer(wider, wider)
 
 
-def _by_frequency(columns: Array, passed: float) -> tuple[Array, Array]:
+def _by_frequency(columns: Array, passed: float, record: Index | None = None) -> tuple[Array, Array]:
     """Samples in a row (R, K) as their cosine transform, which leaves least squares as it is, and its frequencies.
 
-    Of these only those that filters have `passed`: what is above has no noise, and stands for no equation.
+    Of these only those that filters have `passed`: what is above has no noise, and stands for no equation. Every
+    `record` (R,) is transformed by itself: nothing connects one to the next.
     """
+    if record is not None and len(numbers := np.unique(record)) > 1:
+        parts = [_by_frequency(columns[record == number], passed) for number in numbers]
+        return np.concatenate([part for part, _ in parts]), np.concatenate([frequency for _, frequency in parts])
     count = len(columns)
     kept = max(int(passed * count), columns.shape[1], 1)
     return scipy.fft.dct(columns, axis=0, norm="ortho")[:kept], np.arange(1, count + 1)[:kept] / count
