@@ -1,4 +1,4 @@
-"""One self-contained HTML page of models and logs: everything inline, no network, the same bytes from the same input."""
+"""One self-contained HTML page of models and logs: everything inline, the same bytes from the same input."""
 
 from chebid.report.page.collect import Report, Sheet, collect
 from chebid.report.page.render import render

@@ -1,12 +1,14 @@
 """What the template is given: plain values, in the order in which a reader asks."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from chebid.critique import Diagnosis, Found, diagnosis_document, label
 from chebid.effects import Units
+from chebid.equations import moving
 from chebid.estimators import Problem
 from chebid.report.page.collect import Report, Sheet
 from chebid.report.page.curves import curve, most_samples
@@ -115,11 +117,25 @@ def _comparison(report: Report, models: Mapping[str, str], logs: Mapping[str, st
                 floors.add(r.floor_kind)
     for row in rows:
         rivals = [other["rms"] for other in rows if (other["log"], other["joint"]) == (row["log"], row["joint"])]
-        row["best"] = len(rivals) > 1 and row["rms"] == min(rivals)
-    overall = [
-        {"model": models[e.model], "log": logs[e.log], "relative": e.overall} for e in report.comparisons.entries
-    ]
-    return {"rows": rows, "overall": overall, "floors": sorted(floors), "most": _most(row["ratio"] for row in rows)}
+        row["best"] = len(rivals) > 1 and row["rms"] == min(rivals) < max(rivals)
+    order = {key: i for i, key in enumerate(dict.fromkeys((row["log"], row["joint"]) for row in rows))}
+    return {
+        "rows": sorted(rows, key=lambda row: order[row["log"], row["joint"]]),  # models side by side
+        "overall": _overall(report, models, logs),
+        "floors": sorted(floors),
+        "most": _most(row["ratio"] for row in rows),
+    }
+
+
+def _overall(report: Report, models: Mapping[str, str], logs: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Relative error of all joints together: a row for each log, a column for each model."""
+    values = {(e.log, e.model): e.overall for e in report.comparisons.entries}
+    rows = []
+    for log, name in logs.items():
+        mine = [values[log, model] for model in models]
+        least = min(mine) if min(mine) < max(mine) else None
+        rows.append({"log": name, "cells": [(value, value == least) for value in mine]})
+    return rows
 
 
 def _most(values: Any) -> float:
@@ -136,6 +152,7 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
     head, surety = status_words(d)
     judged = [logs[str(log.path)] for log in d.problem.logs]
     units = dict(zip(model.joints, map(torque_unit, rotary), strict=True))
+    turns = dict(zip(model.joints, rotary, strict=True))
     errors = Errors(d)
     return {
         "id": f"m{index}",
@@ -154,8 +171,8 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
         "joints": [row | {"unit": units[row["joint"]]} for row in document["joints"]],
         "curves": [curves for entry in sheet.entries for curves in _curves(entry, logs, units, most)],
         "maps": [_map(errors, j, rotary[j]) for j in range(len(model.joints))],
-        "cells": [_cell(row, units, rotary[model.joints.index(row["joint"])], d) for row in document["where"]],
-        "depends": _depends(errors, units),
+        "cells": [_cell(row, units, turns, d) for row in document["where"]],
+        "depends": _depends(errors, units, turns),
         "candidates": _candidates(d),
         "ladder": _ladder(sheet, units),
         "parameters": _parameters(sheet),
@@ -165,6 +182,7 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
 def _curves(entry: Any, logs: Mapping[str, str], units: Mapping[str, str], most: int) -> list[dict[str, Any]]:
     problem = entry.problem
     torques = [problem.dynamics.torque(track.motion, entry.theta) for track in problem.tracks]
+    used = [moving(track, problem.gate) for track in problem.tracks]
     return [
         {
             "log": logs[entry.log],
@@ -173,7 +191,7 @@ def _curves(entry: Any, logs: Mapping[str, str], units: Mapping[str, str], most:
             "unit": units[joint],
             "what": "force" if units[joint] == "N" else "torque",
             "relative": entry.residual[joint].relative_raw,
-            "data": curve(problem.tracks, torques, j, most),
+            "data": curve(problem.tracks, torques, used, j, most),
         }
         for j, joint in enumerate(problem.dynamics.joints)
     ]
@@ -205,22 +223,24 @@ def _map(errors: Errors, joint: int, rotary: bool) -> dict[str, Any]:
     }
 
 
-def _cell(row: dict[str, Any], units: Mapping[str, str], rotary: bool, d: Diagnosis) -> dict[str, Any]:
+def _cell(row: dict[str, Any], units: Mapping[str, str], turns: Mapping[str, bool], d: Diagnosis) -> dict[str, Any]:
     """A region where the error stands out; a window of time can be shown if there is one log to show it in."""
     logs = d.problem.logs
     group = logs[0].sha256[:16] if row["variable"] == "t" and len(logs) == 1 and len(logs[0].records) == 1 else None
-    return row | {"torque": units[row["joint"]], "unit": _unit_of(row["variable"], rotary), "group": group}
+    return row | {"torque": units[row["joint"]], "unit": _unit_of(row["variable"], row["joint"], turns), "group": group}
 
 
-def _unit_of(variable: str, rotary: bool) -> str:
-    """Unit of a variable of one's own joint."""
-    own = Units(rotary)
-    known = {"q": own.position, "dq": own.velocity, "ddq": own.velocity + "²", "t": "s"}
-    known |= {"distance since reversal": own.position, "tau": pretty(own.torque), "abs(tau)": pretty(own.torque)}
-    return known.get(variable, "")
+def _unit_of(variable: str, joint: str, turns: Mapping[str, bool]) -> str:
+    """Unit of a variable of a joint; of another joint whose name stands in brackets."""
+    found = re.fullmatch(r"(abs\()?(q|dq|ddq|tau|t|distance since reversal)(?:\[(.+)\])?\)?", variable)
+    if found is None:
+        return ""
+    own = Units(turns[found[3] or joint])
+    units = {"q": own.position, "dq": own.velocity, "ddq": own.velocity + "²", "tau": pretty(own.torque), "t": "s"}
+    return units.get(found[2], own.position)
 
 
-def _depends(errors: Errors, units: Mapping[str, str]) -> dict[str, Any]:
+def _depends(errors: Errors, units: Mapping[str, str], turns: Mapping[str, bool]) -> dict[str, Any]:
     """On what the error depends: every variable with its score, and the error over the best of them."""
     d = errors.diagnosis
     joints = d.evidence.dynamics.joints
@@ -231,7 +251,7 @@ def _depends(errors: Errors, units: Mapping[str, str]) -> dict[str, Any]:
         found = errors.profile(one.joint, one.variable)
         if found is not None:
             base, _, times = one.variable.partition("*")
-            unit = _unit_of(base, d.evidence.dynamics.robot.rotary[one.joint])
+            unit = _unit_of(base, joints[one.joint], turns)
             pictures.append(
                 {
                     "joint": joints[one.joint],

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chebid.basis import Array
-from chebid.motion import Track
+from chebid.motion import Mask, Track
 
 BUDGET = 1_500_000  # characters of all curves of a page
 _PER_SAMPLE = (8 + 4 + 4) * 4 / 3  # characters: t, measured, predicted
 _FEWEST = 200  # samples of a curve
+_SHORT = 2e-3  # of the whole time: stretches and pauses that no picture shows
 _APART = 0.02  # of the whole time, between records whose clocks overlap
 
 
@@ -38,23 +39,26 @@ def thin(columns: Sequence[Array], most: int) -> NDArray[np.int64]:
     return np.unique(np.minimum(np.concatenate(kept), count - 1))
 
 
-def curve(tracks: Sequence[Track], torques: Sequence[Array], joint: int, most: int) -> dict[str, Any]:
+def curve(
+    tracks: Sequence[Track], torques: Sequence[Array], used: Sequence[Mask], joint: int, most: int
+) -> dict[str, Any]:
     """Measured and predicted torque of a joint, as `page.js` reads it.
 
     `t` s as drawn (double), `measured`, `predicted` (single precision): base64, little-endian, NaN between records;
-    `records`: first index of each and what was added to its clock; `ends`: stretches that cannot be trusted.
+    `records`: first index of each and what was added to its clock; `unused`: stretches of samples that are not
+    `used` (N, J).
     """
     total = sum(len(track.motion.t) for track in tracks)
     parts: list[tuple[Array, Array, Array]] = []
-    records, ends, at, free = [], [], 0, -np.inf
+    records, unused, at, free = [], [], 0, -np.inf
     span = sum(float(track.motion.t[-1] - track.motion.t[0]) for track in tracks)
-    for track, torque in zip(tracks, torques, strict=True):
+    for track, torque, good in zip(tracks, torques, used, strict=True):
         measured, predicted, t = track.torque[:, joint], torque[:, joint], track.motion.t
         offset = 0.0 if t[0] > free else float(free + _APART * span - t[0])
         kept = thin([measured, measured - predicted], max(8, most * len(t) // total))
         parts += [(t[kept] + offset, measured[kept], predicted[kept]), (t[-1:] + offset, _GAP, _GAP)]
         records.append([at, offset])
-        ends += _ends(t + offset, track.valid)
+        unused += stretches(t + offset, ~good[:, joint])
         at, free = at + len(kept) + 1, float(t[-1]) + offset
     t, measured, predicted = (np.concatenate(column)[:-1] for column in zip(*parts, strict=True))
     return {
@@ -62,7 +66,7 @@ def curve(tracks: Sequence[Track], torques: Sequence[Array], joint: int, most: i
         "measured": _packed(measured, "<f4"),
         "predicted": _packed(predicted, "<f4"),
         "records": records,
-        "ends": ends,
+        "unused": unused,
         "thinned": len(t) < total,
     }
 
@@ -70,11 +74,17 @@ def curve(tracks: Sequence[Track], torques: Sequence[Array], joint: int, most: i
 _GAP = np.array([np.nan])
 
 
-def _ends(t: Array, valid: NDArray[np.bool_]) -> list[list[float]]:
-    inside = np.flatnonzero(valid)
-    if not len(inside):
-        return [[float(t[0]), float(t[-1])]]
-    return [[float(t[0]), float(t[inside[0]])], [float(t[inside[-1]]), float(t[-1])]]
+def stretches(t: Array, which: Mask) -> list[list[float]]:
+    """Begin and end, s, of the stretches of samples (N,) that are marked; near ones are joined, short ones left out."""
+    short = _SHORT * float(t[-1] - t[0])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], which.astype(int), [0]]))).reshape(-1, 2)
+    out: list[list[float]] = []
+    for begin, end in ((float(t[a]), float(t[min(b, len(t) - 1)])) for a, b in edges):
+        if out and begin - out[-1][1] < short:
+            out[-1][1] = end
+        else:
+            out.append([begin, end])
+    return [[a, b] for a, b in out if b - a >= short]
 
 
 def _packed(values: Array, kind: str) -> str:

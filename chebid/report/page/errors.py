@@ -81,9 +81,7 @@ class Errors:
         """The map of a joint; colours begin to be strong at the noise floor, so that noise stays pale."""
         q = self.over([m.q[:, joint] for m in self.motions], joint)
         dq = self.over([m.dq[:, joint] for m in self.motions], joint)
-        edges = [
-            np.linspace(*np.percentile(x, [_TAIL, 100 - _TAIL]), count + 1) for x, count in ((q, _COLUMNS), (dq, _ROWS))
-        ]
+        edges = [_even_edges(x, count) for x, count in ((q, _COLUMNS), (dq, _ROWS))]
         count, _, _ = np.histogram2d(q, dq, edges)
         total, _, _ = np.histogram2d(q, dq, edges, weights=self.of(joint))
         seen = count >= _FEWEST
@@ -105,7 +103,7 @@ class Errors:
             error = error * np.sign(self.over([variable.times(motion, tau) for motion, tau in pairs], joint))
         if name == "distance since reversal":
             x = np.exp(x)
-        edges = np.linspace(*np.percentile(x, [_TAIL, 100 - _TAIL]), _BINS + 1)
+        edges = _even_edges(x, _BINS)
         bins = [(x >= low) & (x <= high) for low, high in itertools.pairwise(edges)]
         bins = [inside for inside in bins if inside.sum() >= max(_FEWEST, _SHARE * len(x))]
         if len(bins) < 2:
@@ -115,3 +113,9 @@ class Errors:
         spread = 2 * np.array([float(error[inside].std()) for inside in bins]) / np.sqrt(counts)
         centre = np.array([float(np.median(x[inside])) for inside in bins])
         return Profile(joint, name, centre, np.array([float(error[inside].mean()) for inside in bins]), spread)
+
+
+def _even_edges(x: Array, count: int) -> Array:
+    """Edges (count + 1,) of equal cells over all but the outermost values (N,)."""
+    low, high = np.percentile(x, [_TAIL, 100 - _TAIL])
+    return np.linspace(float(low), float(high), count + 1)

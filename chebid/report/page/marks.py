@@ -1,5 +1,6 @@
 """Drawings without a browser's help: ticks, places in percent, paths. Sizes are left to the page."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -76,7 +77,7 @@ def profile_marks(found: Profile) -> dict[str, Any]:
     return {
         "points": points,
         "whiskers": [(x.place(a), y.down(b), y.down(c)) for a, b, c in zip(found.x, low, high, strict=True)],
-        "lines": list(zip(points[:-1], points[1:], strict=True)),
+        "lines": list(itertools.pairwise(points)),
         "zero": y.down(0.0),
         "xticks": x.ticks(),
         "yticks": y.ticks(down=True),
@@ -92,7 +93,7 @@ def ladder_marks(series: Sequence[tuple[str, bool, Sequence[float | None]]], cou
     lines = []
     for name, held, values in series:
         points = [(x.place(i), y.down(v)) for i, v in enumerate(values) if v is not None]
-        pairs = list(zip(points[:-1], points[1:], strict=True))
+        pairs = list(itertools.pairwise(points))
         lines.append({"index": names.index(name) % 6, "held": held, "points": points, "lines": pairs})
     return {
         "series": lines,

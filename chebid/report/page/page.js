@@ -31,7 +31,7 @@
     const step = power * ([1, 2, 5].find((m) => m * power >= rough) || 10), out = [];
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) out.push([k * step, tidy((k * step).toFixed(Math.min(digits, 12)))]);
-    return out;
+    return out.length < 2 && count < 16 ? ticks(low, high, 2 * count) : out;
   }
 
   /* index of the first instant at or after x; gaps have the instant of the sample before them */
@@ -57,7 +57,7 @@
       this.predicted = unpack(data.predicted, Float32Array);
       this.residual = this.measured.map((value, i) => value - this.predicted[i]);
       this.records = data.records;
-      this.ends = data.ends;
+      this.unused = data.unused;
       this.at = null;
       const name = figure.dataset.group;
       if (!groups.has(name)) groups.set(name, { curves: [], low: Infinity, high: -Infinity, from: 0, to: 1 });
@@ -203,10 +203,10 @@
 
     frame(svg, shade, inner, height) {
       const g = this.group, right = MARGIN.left + inner, bottom = height - MARGIN.bottom;
-      for (const [a, b] of this.ends) {
+      for (const [a, b] of this.unused) {
         if (b < g.from || a > g.to) continue;
         const from = Math.max(this.x(a), MARGIN.left), to = Math.min(this.x(b), right);
-        for (const p of this.panels) make(shade, "rect", { class: "ends", x: from, y: p.top, width: Math.max(0, to - from), height: p.height });
+        for (const p of this.panels) make(shade, "rect", { class: "unused", x: from, y: p.top, width: Math.max(0, to - from), height: p.height });
       }
       for (const p of this.panels) {
         for (const [value, label] of ticks(p.low, p.high, Math.max(3, p.height / 40))) {

@@ -42,6 +42,7 @@ def pretty(unit: str) -> str:
 
 
 def torque_unit(rotary: bool) -> str:
+    """N·m or N."""
     return pretty(Units(rotary).torque)
 
 
