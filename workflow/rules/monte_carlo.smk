@@ -50,7 +50,7 @@ rule monte_carlo_cases:
 
 rule monte_carlo:
     input:
-        sources("report/style.py", "report/monte_carlo.py"),
+        [*sources("report/style.py", "report/monte_carlo.py"), f"{SCRIPTS}/shown.py"],
         script=f"{SCRIPTS}/monte_carlo_page.py",
         cases=f"{MC}/cases.csv",
         parts=expand(f"{MC}/{{name}}_{{part}}.csv", name=PAGE["records"], part=range(PAGE["parts"])),

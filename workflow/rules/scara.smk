@@ -50,6 +50,7 @@ rule table_1:
         STUDY,
         ESTIMATION,
         config["scara"]["model"],
+        f"{SCRIPTS}/shown.py",
         script=f"{SCRIPTS}/table_1.py",
         record=f"{SCARA}/record_identify.csv",
     output:

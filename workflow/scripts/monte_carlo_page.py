@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from shown import short
 
 from chebid.files import write_text, write_with
 from chebid.report.monte_carlo import monte_carlo_figure
@@ -28,8 +29,8 @@ ABOUT = {
     "one weight for all joints": "The torque noises of the joints differ by 10. chebid weights each joint by its "
     "residual.",
     "motion": "The motion of least cond(W) + 1/sigma_min(W) (eq. 23) balances the columns of W by "
-    "moving slowly, and its deviations are several times those of a motion of least "
-    "relative deviations under the same limits.",
+    "moving slowly: friction comes out well, and the errors of the inertias are several times those of a motion of "
+    "least deviations under the same limits. `chebid excite --information` weighs one against the other.",
     "wide band": "A Duffing oscillator with dry friction (J = 1, Fv = 2, Fs = 5, k = 400, k3 = 4000) "
     "under forces of several widths, projected to 5 Hz. chebid warns before it identifies "
     "(`wide_band`); left to itself it takes a wider band.",
@@ -74,10 +75,8 @@ def tables(table: pd.DataFrame) -> str:
     blocks = []
     for record, mine in table.groupby("record", sort=False):
         for what, head in heads.items():
-            digits = "{:.2f}" if what.startswith("coverage") else "{:.2g}"
-            blocks.append(
-                f"### {record}: {head}\n\n{grid(mine, 'method', lambda row, w=what, d=digits: d.format(row[w]))}"
-            )
+            shown = "{:.2f}".format if what.startswith("coverage") else short
+            blocks.append(f"### {record}: {head}\n\n{grid(mine, 'method', lambda row, w=what, s=shown: s(row[w]))}")
     return "\n\n".join(blocks)
 
 
@@ -100,7 +99,7 @@ def cases_text(cases: pd.DataFrame, told: pd.Series) -> str:
 
 
 def biased(row: pd.Series) -> str:
-    return "refused" if np.isnan(row["bias"]) else f"{row['bias']:.2g} ({row['rmse']:.2g})"
+    return "refused" if np.isnan(row["bias"]) else f"{short(row['bias'])} ({short(row['rmse'])})"
 
 
 def main() -> None:

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import pandas as pd
+from shown import short
 from study import estimates, identifiable, with_prior
 
 from chebid.errors import ChebidError
@@ -72,8 +73,8 @@ def cells(frame: pd.DataFrame) -> list[tuple[str, str, list[str]]]:
         mine = frame[frame.method == method].set_index("parameter")
         for column, head in HEADS.items():
             kind = {"published": "value", "published_deviation": "deviation"}.get(column, "")
-            digits = "{:.4g}" if column == "value" else "{:.2g}" if column.startswith("deviation") else "{:g}"
-            line = [digits.format(abs(mine[column][n]) if "deviation" in column else mine[column][n]) for n in NAMES]
+            shown = "{:.4g}".format if column == "value" else short if column.startswith("deviation") else "{:g}".format
+            line = [shown(abs(mine[column][n]) if "deviation" in column else mine[column][n]) for n in NAMES]
             marks = [MARKS.get((method, name, kind), "") for name in NAMES]
             out.append(
                 (method, head, [f"{cell}^{mark}" if mark else cell for cell, mark in zip(line, marks, strict=True)])
