@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 from blind import draw, faults
-from blind.effects import KNOWN, UNKNOWN, Effect, Offset, Presliding, Scene
+from blind.effects import KNOWN, UNKNOWN, Effect, Scene
+from blind.friction import Offset, Presliding
 from blind.motions import KINDS, Limits
 from blind.motions import draw as draw_motion
 from blind.strength import Trial, simulate, tune

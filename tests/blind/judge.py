@@ -9,8 +9,8 @@ from blind.effects import ALL, Effect
 FIELDS = (
     "seed", "index", "category", "robot", "joints", "motion", "holdout_motion", "duration", "rate", "colour", "torque",
     "noise_factor", "fault", "truth", "law", "asked", "dnr", "slow", "plain", "singles", "status", "sure", "named",
-    "alternatives", "top", "depends", "first_right", "among", "sure_right", "variable_right", "found", "exact",
-    "added", "ratio_before", "ratio_after", "holdout_after", "floor_kind", "message", "seconds_made",
+    "alternatives", "top", "depends", "first_right", "among", "sure_right", "variable_right", "variable_first", "found",
+    "exact", "added", "ratio_before", "ratio_after", "holdout_after", "floor_kind", "message", "seconds_made",
     "seconds_identify", "seconds_diagnose", "seconds_refine", "trouble", "values",
 )  # fmt: skip
 
@@ -43,7 +43,9 @@ def judge(case: Case, diagnosis: dict[str, Any] | None, refined: dict[str, Any] 
     }  # fmt: skip
     calls_effect = verdict.get("status") == "missing" and bool(named)
     out["sure_right"] = int(any(fits(e, named[0]) for e in truth)) if calls_effect and verdict.get("sure") else ""
-    out["variable_right"] = int(_variable_right(truth[0], verdict, depends)) if case.category == "unknown" else ""
+    if case.category == "unknown":
+        out["variable_first"] = int(_variable_right(truth[0], depends))
+        out["variable_right"] = int(out["variable_first"] or verdict.get("status") == "unknown")
     return out | _after(case, refined)
 
 
@@ -70,10 +72,8 @@ def worst(values: Any) -> Any:
     return max(numbers) if numbers else ""
 
 
-def _variable_right(effect: Effect, verdict: dict[str, Any], depends: list[dict[str, Any]]) -> bool:
-    """`unknown` was said, or the strongest dependence on the right joint is on the variable that matters."""
-    if verdict.get("status") == "unknown":
-        return True
+def _variable_right(effect: Effect, depends: list[dict[str, Any]]) -> bool:
+    """Whether the strongest dependence is on the variable that matters."""
     for found in depends[:1]:
         joint = str(found.get("joint"))
         if _symbols(str(found.get("variable")), joint) & set(ALL[effect.name].variables[:1]):
@@ -82,7 +82,8 @@ def _variable_right(effect: Effect, verdict: dict[str, Any], depends: list[dict[
 
 
 def _symbols(variable: str, joint: str) -> set[str]:
-    """The bare variables in a phrase such as `abs(tau)*sign(dq)`, `q1`, `distance since reversal`, `q of q1`."""
+    """The bare variables in a phrase such as `abs(tau)*sign(dq)`, `q[q1]*dq`, `distance since reversal`."""
+    variable = re.sub(r"([a-z]+)\[q(\d+)\]", r"\1\2", variable)
     out = set()
     for word in re.findall(r"[A-Za-z_]+\d*", variable):
         bare = re.sub(r"\d+$", "", word)

@@ -56,6 +56,7 @@ def table(rows: list[Row]) -> str:
         ("  on another motion", "1.10 / 1.5", spread(hidden, "holdout_after")),
         ("  nothing missing, untouched", "", spread(clean, "ratio_before")),
         ("unknown effect: right variable or `unknown`", "85 %", share(_above(unknown, 0.45), flag("variable_right"))),
+        ("  right variable", "", share(_above(unknown, 0.45), flag("variable_first"))),
         ("same physics, other formula: right name, DNR >= 1", "85 %",
          share([row for row in strong if row["law"] != "library"], flag("first_right"))),
         ("the library's own formula: right name, DNR >= 1", "",
