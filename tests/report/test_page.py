@@ -1,4 +1,4 @@
-"""The HTML page without a browser: what it holds, that nothing in it can run but its own script, its size, its bytes."""
+"""The HTML page without a browser: what it holds, that nothing but its own script can run, its size, its bytes."""
 
 import base64
 import hashlib
