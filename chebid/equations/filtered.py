@@ -122,7 +122,7 @@ def _known(record: Record, t: Array, longest: float) -> NDArray[np.bool_]:
     return out
 
 
-def _stack(system: Array, used: Array, settings: FilterSettings, rate: float) -> Rows:
+def _stack(system: Array, used: NDArray[np.bool_], settings: FilterSettings, rate: float) -> Rows:
     joints = system.shape[1]
     factor = settings.decimate
     thinned = decimate(system, factor)

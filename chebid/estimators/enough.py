@@ -15,7 +15,7 @@ def require_enough(rows: Rows, parameters: tuple[Parameter, ...]) -> None:
     for j in range(rows.joints):
         mine = rows.joint == j
         needed = int(np.count_nonzero(rows.W[mine].any(axis=0)))
-        count = min(np.count_nonzero(mine), round(rows.noise[j].equations))
+        count = min(int(np.count_nonzero(mine)), round(rows.noise[j].equations))
         if count <= needed and needed > 0:
             joint = names[j] if len(names) == rows.joints else j + 1
             raise NoAnswerError(

@@ -66,11 +66,11 @@ class Problem:
     @cached_property
     def tracks(self) -> list[Track]:
         """All records of all logs, projected."""
-        given = {"trim": self.model.processing.trim, "least": (self.used or {}).get("trim") or 0.0}
+        trim, least = self.model.processing.trim, float((self.used or {}).get("trim") or 0.0)
         delay, joints = self.model.log.torque_delay, range(len(self.model.joints))
         signs = tuple(self._unsettled.signs(joint) for joint in joints)
         return [
-            replace(make_track(log, record, self.setting, delay=delay, **given), signs=signs)
+            replace(make_track(log, record, self.setting, delay=delay, trim=trim, least=least), signs=signs)
             for log in self.logs
             for record in log.records
         ]

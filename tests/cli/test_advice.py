@@ -39,10 +39,14 @@ def test_degrees_are_told_what_to_write(tmp_path, model):
 
 def test_a_second_is_too_short_and_a_minute_is_not(tmp_path, model):
     logged = columns()
-    short = write_csv(tmp_path / "short.csv", **{name: values[:100] for name, values in logged.items()})
-    answer = chebid("identify", short, "-m", model)
+    second = write_csv(tmp_path / "second.csv", **{name: values[:100] for name, values in logged.items()})
+    answer = chebid("identify", second, "-m", model)
+    assert answer.status == 1
+    assert "the log is too short: joint q1 has" in answer.error
+    few = write_csv(tmp_path / "few.csv", **{name: values[:500] for name, values in logged.items()})
+    answer = chebid("identify", few, "-m", model)
     assert answer.status == 0
-    assert "0.99 s are too short: they give joint q1" in answer.err
+    assert "4.99 s are too short: they give joint q1" in answer.err
     assert "independent equations for" in answer.err
     assert "the torque l" not in answer.err  # ags or eads: a lag from so little is no news
     assert "are too short:" not in chebid("identify", write_csv(tmp_path / "long.csv", **logged), "-m", model).err
