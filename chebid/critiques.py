@@ -131,9 +131,9 @@ def _held_out(
     other = _beside(start, logs)
     if other is None:
         return None
-    first = judge(other, other.rows, before)
+    first = judge(other, other.rows, start.dynamics.elsewhere(before))
     more = other.under(problem.model, problem.dynamics)
-    last = judge(more, more.rows, after)
+    last = judge(more, more.rows, problem.dynamics.elsewhere(after))
     return {
         joint: {"before": residual_document(first[joint]), "after": residual_document(last[joint])} for joint in first
     }

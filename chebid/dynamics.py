@@ -177,6 +177,11 @@ class Dynamics:
         terms = self.terms(theta)
         return tuple(d for effect, values in terms for d in effect.derived(values.tolist(), self.robot.rotary))
 
+    def elsewhere(self, theta: Array) -> Array:
+        """theta (P,) for another log: without what happened once, in the log of the fit."""
+        gone = {name for effect in self.effects if effect.once for name in self.names(effect)}
+        return np.array([0.0 if p.name in gone else value for p, value in zip(self.parameters, theta, strict=True)])
+
     def hyperparameters(self) -> dict[str, dict[str, object]]:
         """Hyper-parameters of the effects that have them, by `effect:joint`, for the `fit:` section."""
         out: dict[str, dict[str, object]] = {}

@@ -67,9 +67,10 @@ def examine(
     """`diagnose`, with the tracks and test functions of the logs made already."""
     problem = case.problem
     evidence = Evidence(ground, problem.dynamics, case.held)
-    beside = Evidence(held_out, problem.dynamics) if held_out else None
+    beside = Evidence(held_out, problem.dynamics, elsewhere=True) if held_out else None
     ranking = rank(evidence, kinds, present=case.held is not None, seed=seed)
     residual = judge(problem, problem.rows, case.theta)
+    elsewhere = problem.dynamics.elsewhere(case.theta)
     sides = Sides(case.theta, Side(problem, _floor(residual)), _holdout_side(case), case.held is not None)
     found = compare(evidence, ranking.candidates, beside, sides, seed)
     depends = dependences(evidence, seed)
@@ -83,7 +84,7 @@ def examine(
         theta=case.theta,
         evidence=evidence,
         residual=residual,
-        holdout=judge(case.holdout, case.holdout.rows, case.theta) if case.holdout else None,
+        holdout=judge(case.holdout, case.holdout.rows, elsewhere) if case.holdout else None,
         cells=tuple(where(evidence, case.theta)),
         depends=tuple(d for d in depends if d.score > 0),
         found=tuple(found),
@@ -118,7 +119,8 @@ def _floor(residual: Mapping[str, JointResidual]) -> Array | None:
 def _holdout_side(case: Case) -> Side | None:
     if case.holdout is None:
         return None
-    _, floor = noise_floor(case.holdout, case.theta, float(case.holdout.rows.frequency.max()))
+    theta = case.problem.dynamics.elsewhere(case.theta)
+    _, floor = noise_floor(case.holdout, theta, float(case.holdout.rows.frequency.max()))
     return Side(case.holdout, floor)
 
 

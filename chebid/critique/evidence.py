@@ -75,11 +75,14 @@ class Ground:
 class Evidence:
     """Whitened rows of a model on its logs: the model's columns, the residual, and the means to add columns.
 
+    `elsewhere`: these are not the logs of the fit, and know nothing of what happened once.
     With `held`, the parameters are not free: what is known of them beforehand stands as P more rows below the others.
     """
 
-    def __init__(self, ground: Ground, dynamics: Dynamics | None = None, held: Held | None = None) -> None:
-        self.ground = ground
+    def __init__(
+        self, ground: Ground, dynamics: Dynamics | None = None, held: Held | None = None, *, elsewhere: bool = False
+    ) -> None:
+        self.ground, self.elsewhere = ground, elsewhere
         self.dynamics = dynamics or ground.problem.dynamics
         self.rows: Rows = measured_rows(ground.tracks, self.dynamics, ground.gate, ground.band)
         self._held = held
@@ -99,6 +102,8 @@ class Evidence:
     def system(self) -> tuple[Array, Array]:
         """Whitened W (R, P) and Y (R,), with the rows of what is known beforehand."""
         W, Y = self.rows.W / self.deviation[:, None], self.rows.Y / self.deviation
+        if self.elsewhere:
+            W = W * self.dynamics.elsewhere(np.ones(W.shape[1]))
         if self._held is None:
             return W, Y
         root = _inverse_root(self._held.covariance)
@@ -200,7 +205,8 @@ class Evidence:
 
     def columns(self, effect: Effect) -> Array:
         """Whitened rows (R, k) of an effect, per unit of each parameter."""
-        return self.project([self.dynamics.block(effect, motion) for motion in self.motions])
+        made = self.project([self.dynamics.block(effect, motion) for motion in self.motions])
+        return np.zeros_like(made) if self.elsewhere and effect.once else made
 
     def beside(self, rows: Array) -> Array:
         """Orthonormal basis (R, m) of what whitened rows (R, K) have beside the model's columns."""
@@ -226,21 +232,7 @@ class Evidence:
             energies = float(np.sum(before[mine] ** 2)), float(np.sum(after[mine] ** 2))
             if min(energies) > 0:
                 known += len(mine) / 2 * float(np.log(energies[0] / energies[1]))
-        return known * self._evenness(basis, after)
-
-    def _evenness(self, basis: Array, after: Array) -> float:
-        """Share (0 to 1) of a gain that is left when noise is counted where the columns of a basis are.
-
-        Rows that are noisier than others at their joint and frequency (a drive that chatters, friction at low speed)
-        say less (White, Econometrica 48, 1980).
-        """
-        along = basis.T @ self.residual
-        plain = float(along @ along)
-        if plain <= 0:
-            return 1.0
-        spread = (basis * after[:, None] ** 2).T @ basis
-        spread += 1e-9 * np.trace(spread) * np.eye(len(spread))
-        return min(1.0, float(along @ np.linalg.solve(spread, along)) / plain)
+        return known
 
     def judge(self, effect: Effect) -> Judged:
         """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.

@@ -117,12 +117,21 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
         theta = _refit(rows, X, theta)
     more = one
     if sides.held_out is not None:
-        other = sides.held_out.problem.rows
-        before = sides.held_out.ratios(other.Y - other.W @ sides.theta)
-        left = other.Y - np.hstack([other.W, sides.held_out.columns(one.effect, sides.theta)]) @ theta
-        after = sides.held_out.ratios(left)
+        before, after = (
+            sides.held_out.ratios(left) for left in _held_out(sides.held_out, one.effect, sides.theta, theta)
+        )
         more = replace(one, holdout_ratio_after=after, refuted=one.refuted or _worse(before, after))
     return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
+
+
+def _held_out(side: Side, effect: Effect, theta: Array, after: Array) -> tuple[Array, Array]:
+    """Residuals (R,) of the hold-out under theta (P,), and with an effect under `after` (P + k,)."""
+    rows, known = side.problem.rows, len(theta)
+    elsewhere = side.problem.dynamics.elsewhere
+    left = rows.Y - rows.W @ elsewhere(after[:known])
+    if not effect.once:
+        left = left - side.columns(effect, theta) @ after[known:]
+    return rows.Y - rows.W @ elsewhere(theta), left
 
 
 def _worse(before: dict[str, float | None], after: dict[str, float | None]) -> bool:

@@ -72,6 +72,11 @@ class Effect:
         return False
 
     @property
+    def once(self) -> bool:
+        """Whether it happens at one instant of one log, so that other logs know nothing of it."""
+        return False
+
+    @property
     def signs(self) -> tuple[int, ...]:
         """Joints the direction of whose motion matters: where they are slow, the effect is uncertain."""
         return ()

@@ -63,6 +63,10 @@ class Payload(ArmEffect):
         return replace(self, robot=robot)
 
     @property
+    def once(self) -> bool:
+        return self.t0 is not None
+
+    @property
     def forward(self) -> str:
         return {Scara: "payload_scara", Axes: "payload_axes"}.get(type(self._robot), "")
 
@@ -227,6 +231,10 @@ class ExternalPush(JointEffect):
     def refinable(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> dict[str, tuple[float, float]]:
         start, end = float(motion.t[0]), float(motion.t[-1])
         return {"t0": (start, end), "width": ((end - start) / 200, (end - start) / 4)}
+
+    @property
+    def once(self) -> bool:
+        return True
 
     def units(self, units: Units) -> tuple[str, ...]:
         return (units.torque,)
