@@ -15,6 +15,7 @@ from chebid.motion import Track
 
 _ALIKE = 2e-3  # of the variance of the positions: two passes that differ by less (5 % in amplitude) repeat
 _SHORTEST = 64  # samples in a period
+_FEWEST = 8  # equations: from these on, the one number that is fitted to them does not count
 
 
 def period(track: Track) -> int | None:
@@ -41,24 +42,41 @@ def period(track: Track) -> int | None:
 
 
 def repeat_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Array, band: float) -> Array | None:
-    """Noise (J,) in N.m or N within the band, from every track that repeats; None when none does."""
-    energy, equations, samples = np.zeros((3, len(dynamics.joints)))
+    """Noise (J,) in N.m or N within the band, from every track that repeats; None when none does.
+
+    Without what a delay of the torque would make of that in which the passes differ: a drive that jitters never
+    repeats its torque exactly, and a millisecond between torque and position then looks like noise.
+    """
+    products, equations, samples = np.zeros((len(gate), 2, 2)), np.zeros(len(gate)), np.zeros(len(gate))
     for track in tracks:
         lag = period(track)
         if lag is None:
             continue
         used = moving(track, gate)
         both = used[lag:] & used[:-lag]
-        residual = track.torque - dynamics.torque(track.motion, theta)
-        difference = (residual[lag:] - residual[:-lag])[:, :, None]
+        difference = _differences(track, dynamics, theta, lag)
         for functions in moving_functions(track, both, track.valid[lag:] & track.valid[:-lag], band):
             rows = functions.rows(difference[functions.piece])
-            energy += [float(np.sum(row**2)) / 2 for row in rows]
+            products += [row.T @ row for row in rows]
             equations += [len(row) for row in rows]
         samples += both.sum(axis=0)
-    if np.any(samples < _SHORTEST) or np.any(equations == 0):
+    if np.any(samples < _SHORTEST) or np.any(equations < _FEWEST):
         return None
+    energy = (products[:, 0, 0] - _delayed(products)) / 2
     return np.asarray(np.sqrt(energy / equations * _equations_per_sample(tracks, gate, band)))
+
+
+def _differences(track: Track, dynamics: Dynamics, theta: Array, lag: int) -> Array:
+    """Of two passes: their residuals, and the rates of the model's torque, (N - lag, J, 2)."""
+    model = dynamics.torque(track.motion, theta)
+    both = np.stack([track.torque - model, np.gradient(model, track.motion.t, axis=0)], axis=2)
+    return both[lag:] - both[:-lag]
+
+
+def _delayed(products: Array) -> Array:
+    """Squares (J,) of that part of the first column which is a multiple of the second; products (J, 2, 2)."""
+    mixed, power = products[:, 0, 1], products[:, 1, 1]
+    return np.divide(mixed**2, power, out=np.zeros_like(mixed), where=power > 0)
 
 
 def _equations_per_sample(tracks: list[Track], gate: Array, band: float) -> Array:

@@ -5,6 +5,7 @@ import pytest
 from arms import (
     THETA,
     TORQUE_NOISE,
+    Path3,
     coloured,
     make_log,
     make_model,
@@ -13,6 +14,7 @@ from arms import (
     periodic,
     planar_torque,
     point_to_point,
+    sines,
     white,
 )
 
@@ -106,3 +108,24 @@ def test_a_record_that_repeats_speaks_for_those_that_do_not():
     alone = repeat_floor(tracks[:1], DYNAMICS, THETA, GATE, BAND)
     both = repeat_floor(tracks, DYNAMICS, THETA, GATE, BAND)
     np.testing.assert_allclose(both, alone, rtol=0.03)  # only the rows to a sample are those of both records
+
+
+def test_a_jittering_drive_whose_torque_is_late_is_not_taken_for_noise():
+    """Passes that differ in fast, small motions, as no drive repeats exactly, and a torque logged 5 ms late.
+
+    The delay is an error of the model, but other than in what repeats it does not drop out by itself: it made the floor
+    eight times too large on a positioning stage whose log lacked 0.8 ms.
+    """
+    base = periodic(4.0, 5.0)
+    frequency = np.random.default_rng(5).uniform(3.0, 4.5, (4, 2))
+    jitter = sines(base.t, frequency, np.full((4, 2), 8e-3), np.arange(8.0).reshape(4, 2))
+    path = Path3(base.t, base.q + jitter.q, base.dq + jitter.dq, base.ddq + jitter.ddq)
+    assert period(track_of(path, planar_torque(path))) == 400
+    late = planar_torque(path) - 5e-3 * np.gradient(planar_torque(path), path.t, axis=0)
+    squares, true = [], []
+    for seed in range(6):
+        noise = white(np.random.default_rng(seed), late.shape, 0.3 * TORQUE_NOISE)
+        squares.append(repeat_floor([track_of(path, late + noise)], DYNAMICS, THETA, GATE, BAND) ** 2)
+        true.append(in_band(track_of(path, late), noise) ** 2)
+    ratio = np.sqrt(np.mean(squares, axis=0) / np.mean(true, axis=0))
+    assert np.all(ratio < 1.3), ratio
