@@ -195,3 +195,28 @@ def test_one_thread_and_back() -> None:
     assert single(lambda a, b=1: a + b)(1, b=2) == 3
     with threadpool_limits(1, "blas"):
         assert threads() == {1}
+
+
+# --- at half the rate
+
+
+@pytest.mark.parametrize(
+    ("motion", "fast"),
+    [
+        ("multisine", False),  # without noise everything may pass, and nothing is up there
+        ("quintic", False),
+        ("bang_bang", True),  # accelerations that jump have energy at any frequency
+        ("sine", True),  # 30 Hz in a log of 100 Hz
+    ],
+)
+def test_a_bandwidth_next_to_half_the_rate_is_told_where_accelerations_are_there(motion: str, fast: bool) -> None:
+    t = clock(100, 20)
+    x = np.sin(2 * np.pi * 30 * t) if motion == "sine" else MOTIONS[motion](0, 20)(t)[0]
+    p = project(t, x, Setting())
+    told = [notice.message for notice in p.notices() if "half the rate" in notice.message]
+    assert bool(told) == fast
+    if fast:
+        assert p.plan.bandwidth > 35
+        assert f"bandwidth of {p.plan.bandwidth:.3g} Hz is next to half the rate of 100 Hz" in told[0]
+    encoder = FINE.measure(MOTIONS["bang_bang"](0, 20)(t)[0], 0)
+    assert project(t, encoder, Setting()).at_the_limit is False  # with counts the band is below
