@@ -31,7 +31,7 @@ from chebid.motion import Mask, Track
 _STEP = 1e-6  # relative step of the differences that linearise the motion
 _LONGEST = 1e-2  # s of one integration step
 _HELD = 1_000_000  # numbers of the linearised dynamics that are held at a time
-_PASSES = 3  # the motion is linearised about the estimate of the pass before
+_PASSES = 2  # the motion is linearised about the estimate of `poly`, then about that of the pass before
 
 
 def ekf(problem: Problem) -> Estimate:
@@ -44,10 +44,10 @@ def ekf(problem: Problem) -> Estimate:
     variance = np.where(spread > 0, spread, settings.prior * np.max(spread)) ** 2
     if not dynamics.needs_model:
         dynamics = replace(dynamics, reference=None)
-    about: Array | None = None
+    about = first.theta
     for _ in range(_PASSES):
         mean, covariance = prior, np.diag(variance)
-        innovations: list[Array] = []
+        innovations: list[float] = []
         for track in problem.tracks:
             filter_ = _Filter(dynamics, track, problem.gate, first.sigma, about)
             mean, covariance = filter_.run(mean, covariance)
@@ -93,55 +93,73 @@ def _honest(covariance: Array, prior: Array, first: Solution) -> Array:
 
 
 def _inflation(innovations: Array) -> float:
-    """Factor on the covariance: mean square of the whitened innovations, never below one."""
-    kept = innovations[len(innovations) // 10 :]
-    return max(1.0, float(np.mean(kept**2)))
+    """Factor on the covariance: mean of the squares (N,) of whitened innovations, never below one."""
+    return max(1.0, float(np.mean(innovations[len(innovations) // 10 :])))
 
 
 @dataclass(frozen=True)
 class _Steps:
-    """The dynamics to first order about the projected motion, in the middle of each of K steps.
+    """K midpoint steps of x = (q, dq, theta), less the projected motion and the parameters it is linearised about:
+    x' = F x + u + noise of covariance Q; F (K, X, X), u (K, X), Q (K, 2J, 2J).
 
-    The torque is sum_i w_i (T_i + dT_i off) theta with w = (1, ddq), `off` the projected motion. `start` (K, 2J): that
-    motion at the step's start, `tables` (K, 1 + J, J, P): T, `slopes` (K, 1 + J, J, P, 2J): dT, `tau` (K, J): torque,
-    `drive` (K, J, P): the rows by whose theta friction may be wrong, zero where its direction is known. `rest` (K, 2J):
-    what the midpoint rule leaves out of the step of q and dq, along the projected motion; at 100 Hz it would bias LMX2
-    by its standard deviation.
+    Because the projected motion is stepped exactly, the midpoint rule errs in the difference only. For the whole
+    motion, its error at 100 Hz would bias LMX2 by a deviation.
     """
 
-    start: Array
-    tables: Array
-    slopes: Array
-    tau: Array
-    drive: Array
-    rest: Array
+    F: Array
+    u: Array
+    Q: Array
 
 
-def _steps(dynamics: Dynamics, track: Track, gate: Array, t: Array) -> Iterator[_Steps]:
+def _steps(setting: "_Filter", t: Array) -> Iterator[_Steps]:
     """Steps between instants t (K + 1,), some at a time."""
+    dynamics, track = setting.dynamics, setting.track
     middle = (t[1:] + t[:-1]) / 2
-    projected = [np.column_stack([p.at(middle, k) for p in track.projections]) for k in range(3)]
-    edges, rest = _edges(track, t, projected[2])
     known = np.isfinite(track.torque).all(axis=1)
-    tau = CubicSpline(track.motion.t[known], track.torque[known])(middle)
-    joints, width = tau.shape[1], len(dynamics.parameters)
+    torque = CubicSpline(track.motion.t[known], track.torque[known])(middle)
+    motion = [np.column_stack([p.at(middle, k) for p in track.projections]) for k in range(3)]
+    joints, width = torque.shape[1], len(dynamics.parameters)
     chunk = max(16, _HELD // ((1 + joints) * (1 + 2 * joints) * joints * width))
     for start in range(0, len(middle), chunk):
         piece = slice(start, start + chunk)
-        q, dq, ddq = (x[piece] for x in projected)
-        tables, slopes = _tables(dynamics, middle[piece], q, dq)
-        # within a step of a reversal, the torque's samples hold both directions of friction
-        slow = np.abs(dq) < gate + np.abs(ddq) * np.diff(t)[piece, None]
-        drive = np.where(slow[:, :, None], _friction(dynamics, middle[piece], q, gate), 0.0)
-        yield _Steps(edges[piece], tables, slopes, tau[piece], drive, rest[piece])
+        q, dq, ddq = (x[piece] for x in motion)
+        yield _linear(setting, Motion(middle[piece], q, dq, ddq), torque[piece], np.diff(t)[piece])
 
 
-def _edges(track: Track, t: Array, ddq: Array) -> tuple[Array, Array]:
-    """q and dq (K, 2J) at the starts of steps between t (K + 1,), and their steps less those of a midpoint rule."""
-    q, dq = (np.column_stack([p.at(t, k) for p in track.projections]) for k in range(2))
-    h = np.diff(t)[:, None]
-    rest = [np.diff(q, axis=0) - h * dq[:-1] - h**2 / 2 * ddq, np.diff(dq, axis=0) - h * ddq]
-    return np.hstack([q, dq])[:-1], np.hstack(rest)
+def _linear(setting: "_Filter", motion: Motion, tau: Array, h: Array) -> _Steps:
+    """Steps of h (K,) s about the motion in their middle, under the torque tau (K, J)."""
+    dynamics, about = setting.dynamics, setting.about
+    tables, slopes = _tables(dynamics, motion.t, motion.q, motion.dq)
+    torque = tables @ about
+    inverse = np.asarray(np.linalg.inv(np.swapaxes(torque[:, 1:], 1, 2)), dtype=np.float64)
+    ddq = np.einsum("kij,kj->ki", inverse, tau - torque[:, 0])
+    # the torque is sum_i w_i (T_i + dT_i x) theta with w = (1, ddq)
+    weight = np.concatenate([np.ones((len(h), 1)), ddq], axis=1)
+    by_theta = np.einsum("ki,kijp->kjp", weight, tables)
+    by_state = np.einsum("ki,kijps,p->kjs", weight, slopes, about, optimize=True)
+    slope = -inverse @ np.concatenate([by_state, by_theta], axis=2)
+    # within a step of a reversal, the torque's samples hold both directions of friction
+    slow = np.abs(motion.dq) < setting.gate + np.abs(motion.ddq) * h[:, None]
+    friction = np.abs(_friction(dynamics, motion.t, motion.q, setting.gate) @ about)
+    noise = setting.held * np.maximum(setting.torque_noise, np.where(slow, friction, 0.0)) ** 2
+    return _stepped(slope, ddq - motion.ddq, inverse, noise, h)
+
+
+def _stepped(slope: Array, excess: Array, inverse: Array, noise: Array, h: Array) -> _Steps:
+    """From the slopes (K, J, X) of the acceleration, what it is beyond the projected one, and variances of torque."""
+    count, joints, size = slope.shape
+    q, v = slice(joints), slice(joints, 2 * joints)
+    step = h[:, None, None]
+    slope = slope.copy()
+    slope[:, :, v] += step / 2 * slope[:, :, q]
+    both = np.concatenate([step**2 / 2 * slope, step * slope], axis=1)
+    F = np.tile(np.eye(size), (count, 1, 1))
+    F[:, : 2 * joints] += both
+    F[:, q, v] += step * np.eye(joints)
+    u = np.zeros((count, size))
+    u[:, q], u[:, v] = h[:, None] ** 2 / 2 * excess, h[:, None] * excess
+    G = np.concatenate([step**2 / 2 * inverse, step * inverse], axis=1)
+    return _Steps(F, u, (G * noise[:, None, :]) @ np.swapaxes(G, 1, 2))
 
 
 def _tables(dynamics: Dynamics, t: Array, q: Array, dq: Array) -> tuple[Array, Array]:
@@ -173,16 +191,16 @@ def _friction(dynamics: Dynamics, t: Array, q: Array, gate: Array) -> Array:
 
 @dataclass
 class _Filter:
-    """One pass over a record. `about` (P,): parameters about which the motion is linearised; None: the estimate."""
+    """One pass over a record. `about` (P,): parameters about which the motion is linearised."""
 
     dynamics: Dynamics
     track: Track
     gate: Array
     torque_noise: Array
-    about: Array | None = None
+    about: Array
 
     def __post_init__(self) -> None:
-        self.innovations: list[Array] = []
+        self.innovations: list[float] = []
         self.joints = len(self.gate)
         noise = np.array([p.noise for p in self.track.projections])
         self.R = np.diag(np.maximum(noise, 1e-12) ** 2)
@@ -196,67 +214,28 @@ class _Filter:
         # steps of a sample share its noise
         self.held = count = int(np.ceil((t[-1] - t[0]) / (len(t) - 1) / _LONGEST - 1e-3))
         fine = np.interp(np.arange(count * (len(t) - 1) + 1) / count, np.arange(len(t)), t)
-        start = [np.array([p.at(t[:1], k)[0] for p in track.projections]) for k in range(2)]
-        x = np.concatenate([*start, theta])
+        off = q - np.column_stack([p.at(t, 0) for p in track.projections])
+        x = np.concatenate([np.zeros(2 * joints), theta - self.about])
         P = np.zeros((len(x), len(x)))
         P[:joints, :joints] = self.R
         P[joints : 2 * joints, joints : 2 * joints] = np.diag((0.02 * np.abs(track.motion.dq).max(axis=0)) ** 2)
         P[2 * joints :, 2 * joints :] = covariance
         seen: Mask = np.asarray(np.isfinite(q).all(axis=1))
-        done, steps = 0, np.diff(fine)
-        for part in _steps(self.dynamics, track, self.gate, fine):
-            for k in range(len(part.tau)):
-                x, P = self._predict(x, P, float(steps[done]), part, k)
+        done = 0
+        for part in _steps(self, fine):
+            for F, u, Q in zip(part.F, part.u, part.Q, strict=True):
+                x, P = F @ x + u, F @ P @ F.T
+                P[: 2 * joints, : 2 * joints] += Q
                 done += 1
                 if done % count == 0 and seen[done // count]:
-                    x, P = self._correct(x, P, q[done // count])
-        return x[2 * joints :], P[2 * joints :, 2 * joints :]
+                    x, P = self._correct(x, P, off[done // count])
+        return self.about + x[2 * joints :], P[2 * joints :, 2 * joints :]
 
     def _correct(self, x: Array, P: Array, q: Array) -> tuple[Array, Array]:
+        """By positions q (J,), less the projected ones."""
         joints = self.joints
-        root = np.linalg.cholesky(P[:joints, :joints] + self.R)
-        whitened = np.linalg.solve(root, np.column_stack([P[:joints], q - x[:joints]]))
-        gain, innovation = whitened[:, :-1], whitened[:, -1]
-        self.innovations.append(innovation)
-        P = P - gain.T @ gain
-        return x + gain.T @ innovation, (P + P.T) / 2
-
-    def _predict(self, x: Array, P: Array, h: float, steps: _Steps, k: int) -> tuple[Array, Array]:
-        """One midpoint step."""
-        joints = self.joints
-        q, v = slice(joints), slice(joints, 2 * joints)
-        off = x[: 2 * joints] - steps.start[k]  # from the projected motion: hardly changes within a step
-        off[q] += h / 2 * off[v]
-        ddq, J, inverse = self._acceleration(off, x[2 * joints :], steps, k)
-        out = x.copy()
-        out[q] += h * x[v] + h * h / 2 * ddq
-        out[v] += h * ddq
-        out[: 2 * joints] += steps.rest[k]
-        F = np.eye(len(x))
-        F[v] += h * J
-        F[v, v] += h * h / 2 * J[:, q]
-        F[q] += h * h / 2 * J
-        F[q, v] += h * np.eye(joints)
-        G = np.vstack([h * h / 2 * inverse, h * inverse])
-        noise = self.held * np.maximum(self.torque_noise, np.abs(steps.drive[k] @ x[2 * joints :])) ** 2
-        P = F @ P @ F.T
-        P[: 2 * joints, : 2 * joints] += (G * noise) @ G.T
-        return out, P
-
-    def _acceleration(self, off: Array, theta: Array, steps: _Steps, k: int) -> tuple[Array, Array, Array]:
-        """ddq (J,) `off` (2J,) the projected motion, its derivative (J, 2J + P), and the inverse of the mass matrix."""
-        about = theta if self.about is None else self.about
-        slopes = steps.slopes[k]
-        tables = steps.tables[k] + slopes @ off
-        torque = tables @ about
-        inverse = _inverse(torque[1:].T)
-        ddq = inverse @ (steps.tau[k] - torque[0])
-        weight = np.concatenate([[1.0], ddq])
-        rows = np.tensordot(weight, tables, 1)
-        by_state = np.tensordot(weight, np.tensordot(slopes, about, (2, 0)), 1)
-        J = -inverse @ np.hstack([by_state, rows])
-        return ddq - inverse @ (rows @ (theta - about)), J, inverse
-
-
-def _inverse(mass: Array) -> Array:
-    return np.asarray(np.linalg.inv(mass), dtype=np.float64)
+        inverse = np.linalg.inv(P[:joints, :joints] + self.R)
+        gain, innovation = P[:, :joints] @ inverse, q - x[:joints]
+        self.innovations.append(float(innovation @ inverse @ innovation) / joints)
+        P = P - gain @ P[:joints]
+        return x + gain @ innovation, (P + P.T) / 2

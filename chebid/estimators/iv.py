@@ -5,6 +5,8 @@ instruments Z, which are correlated with W and not with its noise: theta = (Z^T 
 settles. The rows are those of `poly`, and Z passes through the same gate and the same projection.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from chebid.basis import Array
@@ -40,9 +42,10 @@ def iv(problem: Problem) -> Estimate:
             f"the instruments have not settled after {settings.iterations} iterations",
             hint="check the control law in the model file; methods: iv: iterations: sets the number",
         )
+    shift = float(np.max(np.abs(found.theta - start.theta) / np.sqrt(np.diag(found.covariance))))
     record = {
         "equation_bandwidth": problem.band.frequency,
-        "consistency": hausman(rows, Z, start.sigma).document(),
+        "consistency": replace(hausman(rows, Z, start.sigma), shift=shift).document(),
     }
     return assemble(problem, "iv", found, rows, record)
 

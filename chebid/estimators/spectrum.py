@@ -25,7 +25,7 @@ def spectral_variance(X: Array, y: Array, frequency: Array) -> tuple[Array, Arra
     x = 2 * np.sqrt(frequency / max(float(frequency.max()), _TINY)) - 1
     best, least = (np.full(len(y), max(float(np.mean(y**2)), _TINY)), np.ones((len(y), 1))), np.inf
     for degree in range(_DEGREE + 1):
-        if len(y) - X.shape[1] < _ROWS * (degree + 1) and degree:
+        if degree and (len(y) - X.shape[1] < _ROWS * (degree + 1) or np.ptp(x) == 0):
             break
         B = np.polynomial.legendre.legvander(x, degree)
         variance, likelihood = _fit(X, y, B)

@@ -40,8 +40,13 @@ def problem(path: Path3, seed: int, noise=white, model=None, torque=1.0, positio
 
 @pytest.mark.parametrize(
     ("method", "path"),
-    [("poly", paper_moves(moves=20)), ("poly", multisine(1, 20.0)), ("wls", paper_moves(moves=20))],
-    ids=["poly moves", "poly sines", "wls moves"],
+    [
+        ("poly", paper_moves(moves=20)),
+        ("poly", multisine(1, 20.0)),
+        ("wls", paper_moves(moves=20)),
+        ("wls", multisine(1, 20.0)),
+    ],
+    ids=["poly moves", "poly sines", "wls moves", "wls sines"],
 )
 def test_the_mean_of_many_estimates_is_the_truth(method, path):
     """Within four standard errors of the mean, or half a deviation: what the filters bend is less than the noise."""
