@@ -72,6 +72,7 @@ def _make(rng: np.random.Generator, category: str, wanted: str | None) -> Case:
         tuple(noise.tolist()),
         float(rng.uniform(0.3, 0.9)) if rng.random() < 0.5 else 0.0,
         "command" if rng.random() < 0.25 else "mean",
+        float(rng.choice([0.0, 0.5])),
     )
     if fault:
         arm, sensors = faults.prepare(fault, arm, sensors, plain, rng)

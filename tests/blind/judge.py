@@ -7,11 +7,11 @@ from blind.cases import Case
 from blind.effects import ALL, Effect
 
 FIELDS = (
-    "seed", "index", "category", "robot", "joints", "motion", "holdout_motion", "duration", "rate", "colour", "torque",
-    "noise_factor", "fault", "truth", "law", "asked", "dnr", "slow", "plain", "singles", "status", "sure", "named",
-    "alternatives", "top", "depends", "first_right", "among", "sure_right", "variable_right", "variable_first", "found",
-    "exact", "added", "ratio_before", "ratio_after", "holdout_after", "floor_kind", "message", "seconds_made",
-    "seconds_identify", "seconds_diagnose", "seconds_refine", "trouble", "values",
+    "seed", "index", "category", "robot", "joints", "motion", "holdout_motion", "duration", "rate", "colour", "dither",
+    "torque", "noise_factor", "fault", "truth", "law", "asked", "dnr", "slow", "plain", "singles", "status", "sure",
+    "named", "alternatives", "top", "depends", "first_right", "among", "sure_right", "variable_right", "variable_first",
+    "found", "exact", "added", "ratio_before", "ratio_after", "holdout_after", "floor_kind", "message", "seconds_made",
+    "seconds_identify", "seconds_diagnose", "seconds_refine", "trouble", "commit", "values",
 )  # fmt: skip
 
 

@@ -70,7 +70,7 @@ def study_one(seed: int, index: int, category: str | None, effect: str | None) -
                     words[0], fitted, log, "--holdout", holdout, "--json", "--quiet", *words[1:]
                 )
                 troubles.append(trouble)
-    row = {"seed": seed, "index": index} | _facts(case) | judge(case, *documents)
+    row = {"seed": seed, "index": index, "commit": commit()} | _facts(case) | judge(case, *documents)
     row |= {
         "seconds_made": made,
         "seconds_identify": identify,
@@ -80,12 +80,18 @@ def study_one(seed: int, index: int, category: str | None, effect: str | None) -
     return row | {"trouble": " ; ".join(filter(None, troubles))}
 
 
+def commit() -> str:
+    """What was tested; a + where the checkout differs from it."""
+    words = ("git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty=+", "--exclude=*")
+    return subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
+
+
 def _facts(case: cases.Case) -> dict[str, Any]:
     s, (first, second) = case.sensors, case.takings
     return {
         "category": case.category, "robot": case.arm.kind, "joints": case.arm.joints, "motion": first.kind,
         "holdout_motion": second.kind, "duration": first.duration, "rate": s.rate, "colour": s.colour,
-        "torque": s.torque, "noise_factor": case.noise_factor, "fault": case.fault, "asked": case.asked,
+        "dither": s.dither, "torque": s.torque, "noise_factor": case.noise_factor, "fault": case.fault, "asked": case.asked,
         "dnr": case.dnr, "slow": case.slow, "plain": case.plain,
         "truth": ";".join(f"{e.name}:{'' if e.joint is None else f'q{e.joint + 1}'}" for e in case.effects),
         "law": ";".join(e.law for e in case.effects), "singles": ";".join(f"{x:.3g}" for x in case.singles),
@@ -132,6 +138,8 @@ def main() -> None:
     if not given.table and jobs:
         given.out.parent.mkdir(parents=True, exist_ok=True)
         fresh = not given.out.exists()
+        if not fresh and given.out.open().readline().strip().split(",") != list(FIELDS):
+            sys.exit(f"{given.out} was written by another version of the study: give another --out")
         with given.out.open("a", newline="") as file:
             writer = csv.DictWriter(file, FIELDS)
             if fresh:

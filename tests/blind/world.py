@@ -243,6 +243,7 @@ class Sensors:
     noise: tuple[float, ...]
     colour: float = 0.0
     torque: str = "mean"
+    dither: float = 0.0  # counts, sd of what shakes the encoder; without it, repeated motions repeat its rounding too
 
 
 @dataclass(frozen=True)
@@ -293,6 +294,7 @@ def record(
     width = round(1 / (sensors.rate * outcome.step))
     clean = averaged(torque, rows, width) if sensors.torque == "mean" else torque[rows]
     counts = np.array(sensors.encoder)
-    q = np.round(outcome.q[rows] / counts) * counts
+    shaken = outcome.q[rows] / counts + sensors.dither * rng.standard_normal((len(rows), len(counts)))
+    q = np.round(shaken) * counts
     noise = coloured(rng, len(rows), np.array(sensors.noise), sensors.colour)
     return Log(np.arange(len(rows)) / sensors.rate, q, clean + noise, clean)
