@@ -91,8 +91,8 @@ def _facts(case: cases.Case) -> dict[str, Any]:
     return {
         "category": case.category, "robot": case.arm.kind, "joints": case.arm.joints, "motion": first.kind,
         "holdout_motion": second.kind, "duration": first.duration, "rate": s.rate, "colour": s.colour,
-        "dither": s.dither, "torque": s.torque, "noise_factor": case.noise_factor, "fault": case.fault, "asked": case.asked,
-        "dnr": case.dnr, "slow": case.slow, "plain": case.plain,
+        "dither": s.dither, "torque": s.torque, "noise_factor": case.noise_factor, "fault": case.fault,
+        "asked": case.asked, "dnr": case.dnr, "slow": case.slow, "plain": case.plain,
         "truth": ";".join(f"{e.name}:{'' if e.joint is None else f'q{e.joint + 1}'}" for e in case.effects),
         "law": ";".join(e.law for e in case.effects), "singles": ";".join(f"{x:.3g}" for x in case.singles),
         "values": json.dumps([describe(e) for e in case.effects], default=float),

@@ -1,6 +1,7 @@
 """The blind simulator against mechanics: energy, two links in closed form, dry friction that holds, asked ratios."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,10 +13,11 @@ from blind.baseline import explain, rigid
 from blind.effects import KNOWN, UNKNOWN, Effect, Scene
 from blind.world import Arm, Physics, Run, averaged, coloured, instants, run
 
-DURATION = 6.0
+DURATION = 4.0
 EVERY = [*KNOWN, *UNKNOWN]
 
 
+@cache
 def arm_and_motion(seed: int, kind: str = "multisine") -> tuple[Arm, motions.Limits, motions.Sines]:
     rng = np.random.default_rng(seed)
     arm, limits = draw.scara(rng)
@@ -23,6 +25,12 @@ def arm_and_motion(seed: int, kind: str = "multisine") -> tuple[Arm, motions.Lim
     bare = run(arm, motion, DURATION)
     arm = draw.with_friction(arm, bare.motor.std(axis=0), bare.dq.std(axis=0), rng)
     return arm, limits, motion
+
+
+@cache
+def plain_run(seed: int, kind: str) -> Run:
+    arm, _, motion = arm_and_motion(seed, kind)
+    return run(arm, motion, DURATION)
 
 
 def noise_of(outcome: Run) -> np.ndarray:
@@ -174,7 +182,7 @@ def test_averages_are_centred():
 @pytest.mark.parametrize("kind", EVERY, ids=lambda kind: kind.name)
 def test_effects_reach_the_asked_ratio_or_their_bound(kind: type[Effect]):
     arm, _, motion = arm_and_motion(5, "fourier")
-    outcome = run(arm, motion, DURATION)
+    outcome = plain_run(5, "fourier")
     noise = noise_of(outcome)
     effect = kind.draw(Scene(arm, outcome, noise, (DURATION, DURATION)), 1, np.random.default_rng(3))
     tuned, got = strength.tune(effect, 1.0, arm, motion, DURATION, 100.0, noise)
