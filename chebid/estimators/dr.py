@@ -79,10 +79,11 @@ def _rederived(track: Track, settings: DrSettings) -> list[Track]:
     derivatives = differentiate(signal, float(fine[1] - fine[0]), np.tile(bound, len(signals[0])))
     settled = (at >= t[0] + _SETTLE / track.bandwidth) & (at <= t[-1] - _SETTLE / track.bandwidth)
     states = [np.column_stack([np.interp(at, fine, column) for column in x.T]) for x in derivatives]
-    return [
-        replace(track, motion=Motion(at, *(x[:, k : k + joints] for x in states)), valid=track.valid & settled)
-        for k in range(0, joints * (_REPEATS + 1), joints)
-    ]
+    out = []
+    for k in range(0, joints * (_REPEATS + 1), joints):
+        q, dq, ddq = (x[:, k : k + joints] for x in states)
+        out.append(replace(track, motion=Motion(at, q, dq, ddq), valid=track.valid & settled))
+    return out
 
 
 def _repetitions(projection: Projection) -> list[Array]:
