@@ -1,8 +1,8 @@
 """Is `poly`, left to itself, ever much worse than the best of the six? python tests/bench/methods.py [motions] [seeds]
 
 Random fast motions of the SCARA of config/scara.yaml, 5 to 60 s, logs of 50 Hz to 1 kHz, two noise levels. Of every
-motion: rmse of each method, relative to the best (the geometric mean over the parameters), and the worst ratio of `poly`.
-`ekf` is left out: its prior tells it what the log does not, and 60 s at 1 kHz take it minutes. The last line is the verdict.
+motion: rmse of each method, relative to the best (the geometric mean over the parameters), and the worst ratio of
+`poly`. `ekf` is left out: its prior tells it what the log does not. The last line is the verdict.
 """
 
 import sys
