@@ -15,7 +15,7 @@ from chebid.basis import Array
 from chebid.equations import Rows
 from chebid.equations.rows import Index
 from chebid.errors import NoAnswerError
-from chebid.estimators.enough import require_enough
+from chebid.estimators.enough import lost_rank_by, shortage, too_few
 from chebid.estimators.spectrum import spectral_variance
 from chebid.robots import Parameter
 
@@ -40,7 +40,12 @@ def solve(rows: Rows, parameters: tuple[Parameter, ...], extra: Array | None = N
 
     Raises NoAnswerError on rank loss, and for a joint with no more equations than parameters.
     """
-    require_enough(rows, parameters)
+    if short := shortage(rows, parameters):
+        try:
+            _least_squares(rows.W, rows.Y, parameters)
+        except NoAnswerError as err:
+            raise lost_rank_by(short, err) from None
+        raise too_few(short)
     extra = np.ones(len(rows.Y)) if extra is None else extra
     sigma = np.ones(rows.joints)
     for _ in range(_ROUNDS):

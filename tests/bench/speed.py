@@ -18,11 +18,12 @@ for _name in ("OPENBLAS", "OMP", "MKL", "NUMBA"):
     os.environ.setdefault(f"{_name}_NUM_THREADS", "1")
 
 import argparse  # noqa: E402
-import resource  # noqa: E402
 import subprocess  # noqa: E402
 import sys  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Callable  # noqa: E402
+from pathlib import Path  # noqa: E402
+from typing import TypeVar  # noqa: E402
 
 import numpy as np  # noqa: E402
 from numpy.polynomial import chebyshev  # noqa: E402
@@ -33,20 +34,25 @@ from chebid.projection.normal import _uniform_factors  # noqa: E402
 from tests.bench.signals import COARSE, multisine  # noqa: E402
 
 Array = np.ndarray
+Result = TypeVar("Result")
 TARGETS = {(10_000, 125): 30, (100_000, 200): 90, (100_000, 632): 300}
 EQUAL = 1e-9  # of the largest coefficient: condition of the normal equations at n = 2 sqrt(N) times rounding
 RATE = 1000.0
 DERIVE = 5.0  # times a Butterworth filter and two gradients
 
 
-def seconds(action: Callable[[], object], rounds: int) -> float:
-    """The least of several times."""
+def timed(action: Callable[[], Result], rounds: int) -> tuple[float, Result]:
+    """The least processor time of several runs, which a busy machine does not lengthen by much, and the last result."""
     least = np.inf
     for _ in range(rounds):
-        start = time.perf_counter()
-        action()
-        least = min(least, time.perf_counter() - start)
-    return least
+        start = time.process_time()
+        found = action()
+        least = min(least, time.process_time() - start)
+    return least, found
+
+
+def seconds(action: Callable[[], object], rounds: int) -> float:
+    return timed(action, rounds)[0]
 
 
 def motion(samples: int) -> tuple[Array, Array]:
@@ -68,10 +74,8 @@ def least_squares(quick: bool) -> None:
         t, x = motion(samples)
         uneven = t + np.random.default_rng(0).uniform(-0.4, 0.4, samples) / RATE
         tau = 2 * (t - t[0]) / (t[-1] - t[0]) - 1
-        theirs = seconds(
-            lambda tau=tau, x=x, n=degree: chebyshev.chebfit(tau, x, n), 5 if samples * degree < 1e7 else 1
-        )
-        found, expected = Operator(t, plan(t, degree)).fit(x).coefficients[0, :, 0], chebyshev.chebfit(tau, x, degree)
+        theirs, expected = timed(lambda tau=tau, x=x, n=degree: chebyshev.chebfit(tau, x, n), 5 if samples < 1e5 else 1)
+        found = Operator(t, plan(t, degree)).fit(x).coefficients[0, :, 0]
         assert np.max(np.abs(found - expected)) < EQUAL * np.max(np.abs(expected)), "results differ"
 
         def first(t: Array = t, x: Array = x, n: int = degree) -> None:
@@ -91,14 +95,16 @@ def least_squares(quick: bool) -> None:
 
 
 def _peak() -> float:
-    """Largest resident size so far, bytes."""
-    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    """Largest resident size of this program so far, bytes (Linux); that of `resource` is its parent's at first."""
+    status = Path("/proc/self/status").read_text()
+    return 1024.0 * float(status.partition("VmHWM:")[2].split()[0])
 
 
 def grow(kind: str, samples: int) -> None:
     """In a process of its own: print by how many bytes a projection made the process grow."""
     t = np.arange(samples) / RATE
     x = np.sin(t) + 1e-4 * np.random.default_rng(0).standard_normal(samples)
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
     before = _peak()
     if kind == "lsq":
         Operator(t, plan(t, 632 if samples >= 1e5 else 200)).fit(x)
