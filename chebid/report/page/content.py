@@ -12,7 +12,6 @@ from chebid.equations import moving
 from chebid.estimators import Problem
 from chebid.report.page.collect import Report, Sheet
 from chebid.report.page.curves import curve, most_samples
-from chebid.report.page.errors import Errors
 from chebid.report.page.marks import ladder_marks, map_marks, profile_marks
 from chebid.report.page.words import (
     effect_rows,
@@ -26,6 +25,7 @@ from chebid.report.page.words import (
     status_words,
     torque_unit,
 )
+from chebid.report.residuals import Errors
 
 _TOLD = 8  # candidates, dependences
 _DRAWN = 3  # dependences of which the error is drawn
@@ -118,6 +118,7 @@ def _comparison(report: Report, models: Mapping[str, str], logs: Mapping[str, st
     for row in rows:
         rivals = [other["rms"] for other in rows if (other["log"], other["joint"]) == (row["log"], row["joint"])]
         row["best"] = len(rivals) > 1 and row["rms"] == min(rivals) < max(rivals)
+        _on_one_floor(row, [other for other in rows if (other["log"], other["joint"]) == (row["log"], row["joint"])])
     order = {key: i for i, key in enumerate(dict.fromkeys((row["log"], row["joint"]) for row in rows))}
     return {
         "rows": sorted(rows, key=lambda row: order[row["log"], row["joint"]]),  # models side by side
@@ -125,6 +126,14 @@ def _comparison(report: Report, models: Mapping[str, str], logs: Mapping[str, st
         "floors": sorted(floors),
         "most": _most(row["ratio"] for row in rows),
     }
+
+
+def _on_one_floor(row: dict[str, Any], rivals: list[dict[str, Any]]) -> None:
+    """Measure the error of a row against the least noise floor of all models: what one explains is no noise."""
+    floors = [other["floor"] for other in rivals if other["floor"]]
+    if floors:
+        row["floor"] = min(floors)
+        row["ratio"] = row["rms"] / row["floor"]
 
 
 def _overall(report: Report, models: Mapping[str, str], logs: Mapping[str, str]) -> list[dict[str, Any]]:
@@ -168,7 +177,6 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
         "robot": robot_words(model, rotary),
         "effects": effect_rows(d),
         "fit": fit_words(model, d),
-        "joints": [row | {"unit": units[row["joint"]]} for row in document["joints"]],
         "curves": [curves for entry in sheet.entries for curves in _curves(entry, logs, units, most)],
         "maps": [_map(errors, j, rotary[j]) for j in range(len(model.joints))],
         "cells": [_cell(row, units, turns, d) for row in document["where"]],
@@ -200,7 +208,7 @@ def _curves(entry: Any, logs: Mapping[str, str], units: Mapping[str, str], most:
 def _map(errors: Errors, joint: int, rotary: bool) -> dict[str, Any]:
     d, units = errors.diagnosis, Units(rotary)
     name = d.evidence.dynamics.joints[joint]
-    found = errors.map(joint, d.residual[name].floor)
+    found = errors.map(joint)
     worst = np.unravel_index(int(np.nanargmax(np.abs(np.nan_to_num(found.mean)))), found.mean.shape)
     centre = [(x[1:] + x[:-1]) / 2 for x in (found.q, found.dq)]
     return {

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from chebid.report.page.errors import Map, Profile
+from chebid.report.residuals import Map, Profile
 
 Ticks = list[tuple[str, str]]  # place in percent, label
 

@@ -10,8 +10,10 @@ from chebid.basis import Array
 from chebid.critique import Diagnosis
 from chebid.critique.variables import variables
 
-_COLUMNS, _ROWS = 24, 14  # cells of a map
-_FEWEST = 3  # samples in a cell
+_FINE, _COARSE = (24, 14), (16, 10)  # cells of a map
+_MANY = 5000  # samples, for a fine map
+_CLEAR = 4.0  # deviations of the mean of a cell that are strong in colour: noise stays pale
+_FEWEST = 4  # samples in a cell
 _BINS = 14  # of a profile
 _SHARE = 0.005  # of the samples, in a bin
 _LEVELS = 8  # of colour, to each side
@@ -77,17 +79,17 @@ class Errors:
     def of(self, joint: int) -> Array:
         return self.over([value[:, joint] for value in self.values], joint)
 
-    def map(self, joint: int, floor: float | None) -> Map:
-        """The map of a joint; colours begin to be strong at the noise floor, so that noise stays pale."""
+    def map(self, joint: int) -> Map:
+        """The map of a joint; its strongest colour is beyond what chance would give."""
         q = self.over([m.q[:, joint] for m in self.motions], joint)
         dq = self.over([m.dq[:, joint] for m in self.motions], joint)
-        edges = [_even_edges(x, count) for x, count in ((q, _COLUMNS), (dq, _ROWS))]
-        count, _, _ = np.histogram2d(q, dq, edges)
-        total, _, _ = np.histogram2d(q, dq, edges, weights=self.of(joint))
+        cells = _FINE if len(q) >= _MANY else _COARSE
+        edges = [_even_edges(x, count) for x, count in zip((q, dq), cells, strict=True)]
+        error = self.of(joint)
+        count, total, squares = (np.histogram2d(q, dq, edges, weights=w)[0] for w in (None, error, error**2))
         seen = count >= _FEWEST
         mean = np.where(seen, total / np.maximum(count, 1), np.nan)
-        strong = float(np.percentile(np.abs(mean[seen]), 98)) if seen.any() else 0.0
-        scale = max(strong, 2 * (floor or 0.0), np.finfo(float).tiny)
+        scale = _strongest(mean[seen], squares[seen], count[seen]) if seen.any() else 1.0
         return Map(joint, edges[0], edges[1], mean.T[::-1], scale)
 
     def profile(self, joint: int, name: str) -> Profile | None:
@@ -115,7 +117,15 @@ class Errors:
         return Profile(joint, name, centre, np.array([float(error[inside].mean()) for inside in bins]), spread)
 
 
+def _strongest(mean: Array, squares: Array, count: Array) -> float:
+    """The error (of cells with these means, sums of squares and counts) that gets the strongest colour."""
+    within = max(float(np.sum(squares - count * mean**2) / np.sum(count)), 0.0)
+    chance = _CLEAR * np.sqrt(within / np.percentile(count, 5))
+    return max(float(np.percentile(np.abs(mean), 98)), float(chance), float(np.finfo(float).tiny))
+
+
 def _even_edges(x: Array, count: int) -> Array:
     """Edges (count + 1,) of equal cells over all but the outermost values (N,)."""
     low, high = np.percentile(x, [_TAIL, 100 - _TAIL])
-    return np.linspace(float(low), float(high), count + 1)
+    room = 0.0 if high > low else 1e-3 * abs(low) + 1e-9
+    return np.linspace(float(low) - room, float(high) + room, count + 1)
