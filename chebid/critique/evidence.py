@@ -25,7 +25,8 @@ from chebid.projection import Projection, from_bandwidth, project
 
 _WIDER = 3.0  # times the band of the equations
 _AT_LEAST = 20.0  # Hz
-_NYQUIST = 0.4  # of the rate
+_NYQUIST = 0.4  # of the rate: the widest band of equations
+_WIDEST = 0.35  # of the rate: the widest band of positions
 _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
 _OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
@@ -67,9 +68,12 @@ class Ground:
         ]
 
     @cached_property
-    def sharp(self) -> list[Array]:
-        """Accelerations (N, J) of every track, projected on 0.7 of the bandwidth."""
-        return [np.column_stack([_below(p, track.motion.t) for p in track.projections]) for track in self.tracks]
+    def lost(self) -> list[list[Array]]:
+        """Of every track, accelerations (N, J) of the kind that a projection takes off.
+
+        What lies near its edge; and the jump that dry friction makes at every reversal, smoothed away by it.
+        """
+        return [[_edge(track), _jumps(track)] for track in self.tracks]
 
 
 class Evidence:
@@ -146,15 +150,15 @@ class Evidence:
 
     @cached_property
     def edge(self) -> Array:
-        """Whitened rows (R, J): torque of the accelerations near the edge of each joint's bandwidth.
+        """Whitened rows (R, 2 J): torque of accelerations that the projection of each joint has taken off.
 
-        What a projection takes off there looks like a flexible joint; with these columns in the model it cannot.
+        They look like a flexible joint, or like Stribeck friction; with these columns in the model they cannot.
         """
         columns = []
-        for sharp, motion in zip(self.ground.sharp, self.motions, strict=True):
-            joints = np.arange(sharp.shape[1])
-            edges = [np.where(joints == j, motion.ddq - sharp, 0.0) for j in joints]
-            columns.append(np.stack([self._inertial(motion, edge) for edge in edges], axis=2))
+        for lost, motion in zip(self.ground.lost, self.motions, strict=True):
+            joints = np.arange(motion.q.shape[1])
+            parts = [np.where(joints == j, part, 0.0) for part in lost for j in joints]
+            columns.append(np.stack([self._inertial(motion, part) for part in parts], axis=2))
         return self.project(columns)
 
     def _inertial(self, motion: Motion, ddq: Array) -> Array:
@@ -277,13 +281,25 @@ def _widened(track: Track, problem: Problem) -> Track:
     noise that comes in is random, and counts as noise; what is taken off follows the motion, and looks like an effect.
     """
     used = [
-        Used(from_bandwidth(p.t, min(_OPEN * p.plan.bandwidth, _NYQUIST * track.rate), "smooth"), track.record.duration)
+        Used(from_bandwidth(p.t, min(_OPEN * p.plan.bandwidth, _WIDEST * track.rate), "smooth"), track.record.duration)
         for p in track.projections
     ]
     trim = problem.model.processing.trim
     delay = problem.model.log.torque_delay
     wider = make_track(track.log, track.record, problem.setting, plans=tuple(used), delay=delay, trim=trim)
     return replace(wider, signs=track.signs)
+
+
+def _edge(track: Track) -> Array:
+    """Accelerations (N, J) between 0.7 of the bandwidth and all of it."""
+    return track.motion.ddq - np.column_stack([_below(p, track.motion.t) for p in track.projections])
+
+
+def _jumps(track: Track) -> Array:
+    """A unit jump (N, J) of acceleration at every reversal, less what the projection passes of it."""
+    sign = np.sign(track.motion.dq)
+    passed = [project(p.t, np.sign(p.at(p.t, 1)), p.plan, p.name).at(track.motion.t, 0) for p in track.projections]
+    return sign - np.column_stack(passed)
 
 
 def _below(projection: Projection, t: Array) -> Array:

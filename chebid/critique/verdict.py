@@ -21,6 +21,8 @@ _FIRM = 0.9  # stability of a sure verdict
 _UNLIKE = 0.35  # of the score by which free functions of one variable outdo the best effect: it is not that effect
 _FREE = 15.0  # and at least this
 _MOST = 3  # alternatives
+# just after a reversal the joint jerks as its drive winds up against dry friction, faster than any projection passes
+_SERVO = frozenset({"distance since reversal"})
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,10 @@ class Verdict:
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
     """Whether free functions of one variable explain the error much better than the best effect."""
-    if not found or not depends or found[0].score <= MARGIN:
+    telling = [one.score for one in depends if one.variable not in _SERVO]
+    if not found or not telling or found[0].score <= MARGIN:
         return False
-    return _short(found[0].score, depends[0].score)
+    return _short(found[0].score, telling[0])
 
 
 def _short(score: float, free: float) -> bool:
@@ -60,7 +63,8 @@ def judge_verdict(
 ) -> Verdict:
     """The verdict on ranked candidates and dependences; `pair`: score of the best candidate with another beside it."""
     smallest = detectable(evidence, threshold)
-    on = depends[0] if depends and depends[0].score > MARGIN else None
+    telling = [one for one in depends if one.variable not in _SERVO]
+    on = telling[0] if telling and telling[0].score > MARGIN else None
     best = found[0] if found and not found[0].refuted and min(found[0].score, found[0].total) > MARGIN else None
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)

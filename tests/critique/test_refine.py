@@ -1,0 +1,141 @@
+"""The ladder: two hidden effects found and no third, the file that records it, and what `add` and `refine` print."""
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+from arms import SCARA, write_log
+from command import chebid
+from critique.hidden import KINDS, hidden_log, moves, on, sines
+
+from chebid.critique import refine
+from chebid.estimators import Problem
+from chebid.model import Model, read_model
+
+
+def both(path) -> np.ndarray:
+    spring = on(1, lambda p: 0.1 * (p.q[:, 1] - 0.3))
+    coupling = on(0, lambda p: 0.3 * p.dq[:, 1])
+    return spring(path) + coupling(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Logs with two hidden effects, a hold-out of another motion, the log of another day, and a fitted model."""
+    made = tmp_path_factory.mktemp("refine")
+    heavier = on(1, lambda p: 0.05 * np.sign(p.dq[:, 1]))
+    for name, path, extra in (
+        ("log", sines(5), both),
+        ("other", moves(6), both),
+        ("plain", sines(7), None),
+        ("later", sines(8), heavier),
+    ):
+        record = hidden_log(path, extra, seed=len(name)).records[0]
+        write_log(made / f"{name}.csv", record.t, record.q, record.tau)
+    (made / "model.yaml").write_text(yaml.safe_dump(SCARA))
+    for name in ("log", "plain"):
+        answer = chebid("identify", made / f"{name}.csv", "-m", made / "model.yaml", "-o", made / f"{name}.yaml")
+        assert answer.status == 0, answer.err
+    return made
+
+
+def test_both_effects_and_no_third(folder):
+    model = Model.model_validate(SCARA)
+    found = refine(Problem(model, (hidden_log(sines(5), both, seed=3),)), KINDS)
+    assert {(one.effect.name, one.effect.joint) for one in found.added} == {("spring", 1), ("viscous_coupling", 0)}
+    assert found.last.diagnosis.verdict.status == "nothing_missing"
+    ratios = [[r.ratio for r in step.estimate.residual.values()] for step in found.steps]
+    assert max(ratios[-1]) < 1.3 < max(ratios[0])
+
+
+def test_refine_writes_a_model_that_explains_the_hold_out(folder):
+    out = folder / "refined.yaml"
+    answer = chebid(
+        "refine", folder / "log.yaml", folder / "log.csv", "--holdout", folder / "other.csv", "-o", out, "--json"
+    )
+    assert answer.status == 0, answer.err
+    document = answer.document
+    assert [step["effect"] for step in document["steps"]][0] is None
+    assert {(one["effect"], one["joint"]) for one in document["added"]} == {
+        ("spring", "q2"),
+        ("viscous_coupling", "q1"),
+    }
+    first, last = document["steps"][0], document["steps"][-1]
+    assert max(last["holdout_ratio"].values()) < 1.5 < max(first["holdout_ratio"].values())
+    made = read_model(out)
+    assert made.fit is not None
+    record = made.fit.record.model_dump()["refinement"]
+    assert len(record["steps"]) == len(document["steps"])
+    assert all(step["rejected"] is not None for step in record["steps"])
+    compared = chebid("compare", out, folder / "other.csv", "--json").document
+    assert max(row["ratio"] for row in compared["results"]) < 1.5
+
+
+def test_the_document_of_diagnose_is_that_of_the_agreement(folder):
+    document = chebid("diagnose", folder / "log.yaml", folder / "log.csv", "--json").document
+    assert set(document) >= {"joints", "where", "depends_on", "candidates", "verdict", "data"}
+    assert set(document["joints"][0]) >= {"joint", "rms", "floor", "ratio", "holdout_ratio", "explainable"}
+    best = document["candidates"][0]
+    assert set(best) >= {
+        "effect", "joint", "score", "parameters", "hyperparameters", "ratio_after", "holdout_ratio_after", "stability",
+    }  # fmt: skip
+    assert set(document["verdict"]) >= {"status", "sure", "effects", "alternatives", "message"}
+    assert document["verdict"]["status"] == "missing"
+    json.dumps(document, allow_nan=False)
+
+
+def test_on_another_day_it_is_told_what_has_changed(folder):
+    """More Coulomb friction than at the fit: with free parameters there would be nothing to see."""
+    document = chebid("diagnose", folder / "plain.yaml", folder / "later.csv", "--json").document
+    verdict = document["verdict"]
+    named = [*verdict["effects"], *verdict["alternatives"]]
+    assert {"effect": "coulomb", "joint": "q2"} in named
+    assert verdict["changed"]
+    assert "changed since" in verdict["message"]
+
+
+def test_add_tells_the_error_before_and_after(folder):
+    out = folder / "added.yaml"
+    answer = chebid("add", folder / "log.yaml", "spring:q2", folder / "log.csv", "-o", out, "--json", "--force")
+    document = answer.document
+    assert document["residual"]["q2"]["ratio"] < 0.8 * document["before"]["q2"]["ratio"]
+    k = next(p for p in document["parameters"] if p["name"].startswith("k") and p["joint"] == "q2")
+    assert k["value"] == pytest.approx(0.1, abs=4 * k["sd"])
+    assert read_model(out).fit is not None
+
+
+def test_the_last_line_is_the_command_to_type(folder):
+    answer = chebid("diagnose", folder / "log.yaml", folder / "log.csv")
+    sections = ("DATA", "FILTER", "COMPARE", "WHERE", "DEPENDS", "CANDIDATES", "VERDICT")
+    places = [
+        answer.out.index(f"{section} ") if section != "WHERE" else answer.out.index(section) for section in sections[:1]
+    ]
+    assert places == sorted(places)
+    order = [
+        answer.out.index("\n" + section) if section != "DATA" else answer.out.index(section) for section in sections
+    ]
+    assert order == sorted(order)
+    assert answer.out.strip().splitlines()[-1].split()[1:3] == ["chebid", "add"]
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "match"),
+    [
+        (("add", "log.yaml", "friction:q2", "log.csv"), 2, "unknown effect 'friction'"),
+        (("add", "log.yaml", "spring:q9", "log.csv"), 2, "no joint 'q9'"),
+        (("add", "log.yaml", "coulomb:q2", "log.csv"), 2, "already"),
+        (("add", "log.yaml", "base_tilt:q1", "log.csv"), 2, "whole arm"),
+        (("add", "log.yaml", "log.csv"), 2, "no effect"),
+        (("add", "log.yaml", "spring:q2"), 2, "no log"),
+        (("diagnose", "log.yaml", "log.csv", "--holdout", "log.csv"), 2, "cannot be held out"),
+        (("diagnose", "log.yaml", "plain.csv", "--holdout", "log.csv"), 2, "cannot be held out"),
+        (("diagnose", "log.yaml", "none.csv"), 3, "none.csv"),
+    ],
+)
+def test_wrong_words_are_refused(folder, monkeypatch, words, status, match):
+    monkeypatch.chdir(folder)
+    answer = chebid(*words)
+    assert answer.status == status, answer.err
+    assert match in answer.error
+    assert answer.hint
