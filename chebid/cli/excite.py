@@ -34,7 +34,7 @@ def excite(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="TRAJ", help="Write the trajectory there.", show_default=False)
     ],
-    more: Annotated[list[str] | None, typer.Argument(hidden=True)] = None,
+    more: Annotated[list[str] | None, typer.Argument(metavar="RIVAL", hidden=True)] = None,
     separate: Annotated[
         list[str] | None,
         typer.Option(

@@ -196,7 +196,13 @@ def _exchange(found: Found, search: Separation, task: Task) -> tuple[Found, Sepa
         before, after = (search.objective(task.family.motion(x, search.t))[0] for x in (found.best, better))
         if after < before:
             found = replace(found, best=better)
-    return found, search
+    return _not_worse(found, replace(search, t=task.t, repeat=1.0), task), search
+
+
+def _not_worse(found: Found, whole: Separation, task: Task) -> Found:
+    """What was found, unless the best random motion is better on every sample of the record."""
+    values = [whole.value(task.family.motion(x, task.t)) for x in (found.best, found.first)]
+    return found if values[0] <= values[1] else replace(found, best=found.first)
 
 
 def _pairs(found: Found, search: Separation, task: Task) -> tuple[Pair, ...]:

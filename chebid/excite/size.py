@@ -24,7 +24,7 @@ from chebid.model import Model, per_joint
 from chebid.robots import Array
 
 _SHARE = 0.03  # of the torque's rms: noise, where nobody knows better
-_SEEN = 8.0  # log likelihood that a rival must gain on the logs for them to tell its size
+_SEEN = 4.0  # log likelihood that a rival must gain on the logs for them to tell its size
 _CLOSE = 4.0  # log likelihood by which other settings may fall behind the best
 _SETTINGS = 3  # of a rival, as which it may be the truth
 _SAMPLES = 4000  # of the logs that are used to tell how well they separate
@@ -160,7 +160,8 @@ def as_noise(number: int, contest: Contest, pieces: Sequence[Piece]) -> list[Tru
         _, singular, directions = np.linalg.svd(left / length, full_matrices=False)
         size = np.sqrt(samples) / max(float(singular[0]), 1e-12)
         values = size * directions[0] / length
-        out.append(Truth(number, effect, np.abs(values) if only_positive(effect) else values))
+        positive = [symbol in effect.positive for symbol in effect.bind(contest.dynamics.robot).symbols]
+        out.append(Truth(number, effect, -values if values[positive].sum() < 0 else values))
     return out
 
 

@@ -16,7 +16,7 @@ from chebid.excite.size import FittedOn, Noise, find_logs, find_noise
 from chebid.model import Model, per_joint
 from chebid.robots import Array
 
-_MOST = 600  # samples at which the search evaluates the criterion
+_MOST, _MOST_PAST = 600, 2000  # samples of the search; where effects remember the past, their torque depends on them
 _TRIALS = 5  # random motions that tell what can be told apart at all
 _SLOW = 0.01  # of the largest velocity: the slowest speed that counts, unless the model's fit says more
 _FAR, _FAST = 0.9, 0.7  # of the limits on position and velocity: for the grids of hyper-parameters
@@ -68,7 +68,8 @@ def make_task(
     dynamics = _dynamics(model, fitted)
     pictured = _pictured(dynamics, family.limits, t)
     _refuse_idle(dynamics, rivals, pictured, model)
-    searched = t[:: -(-len(t) // _MOST)]
+    past = any(e.memory for e in dynamics.effects) or any(rival.kind.memory for rival in rivals)
+    searched = t[:: -(-len(t) // (_MOST_PAST if past else _MOST))]
     trials = [Motion(searched, *family.motion(family.random(random), searched)) for _ in range(_TRIALS)]
     noise = find_noise(model, dynamics, trials, fitted)
     gate = _gate(model, fitted, family.limits)
@@ -110,6 +111,12 @@ def _settings(rival: Rival, motion: Motion, gate: float) -> tuple[Effect, ...]:
 def _refuse_idle(dynamics: Dynamics, rivals: Sequence[Rival], pictured: Motion, model: Model) -> None:
     for rival in rivals:
         effect = _settings(rival, pictured, 0.01)[0].bind(dynamics.robot)
+        if effect.needs_model and dynamics.reference is None:
+            raise NoAnswerError(
+                f"{rival.label} is made of the model's own torque, which is not known yet",
+                hint="identify the model first, and give the fitted model",
+                place=Place(file=str(model.path)),
+            )
         more = replace(dynamics, effects=(*dynamics.effects, effect))
         found, names = more.dependent(), more.names(effect)
         if names and all(name in found for name in names):
