@@ -12,23 +12,28 @@ _RECORD = "record 20 s or more of varied motion; or lower processing: trim and v
 
 
 def shortage(rows: Rows, parameters: tuple[Parameter, ...]) -> str:
-    """Which joint has no more equations than parameters act on it, in words; empty when none has."""
+    """Which joint has no more equations than parameters of its own, in words; empty when none has.
+
+    Parameters of other joints that act on it as well are left to their equations.
+    """
     names = list(dict.fromkeys(p.joint for p in parameters if p.joint))
-    for j in range(rows.joints):
+    if len(names) != rows.joints:
+        return ""
+    for j, name in enumerate(names):
         mine = rows.joint == j
-        needed = int(np.count_nonzero(rows.W[mine].any(axis=0)))
+        own = np.array([p.joint == name for p in parameters])
+        needed = int(np.count_nonzero(rows.W[mine].any(axis=0) & own))
         count = min(int(np.count_nonzero(mine)), round(rows.noise[j].equations))
         if count <= needed and needed > 0:
-            joint = names[j] if len(names) == rows.joints else j + 1
-            return f"joint {joint} has {count} independent equations for the {needed} parameters that act on it"
+            return f"joint {name} has {count} independent equations for its {needed} parameters"
     return ""
 
 
 def too_few(short: str) -> NoAnswerError:
     """The error for a `shortage`."""
-    return NoAnswerError(f"the log is too short: between its ends and above its gate {short}", hint=_RECORD)
+    return NoAnswerError(f"the log is too short, or its band too narrow: {short}", hint=_RECORD)
 
 
 def lost_rank_by(short: str, err: NoAnswerError) -> NoAnswerError:
     """The loss of rank of equations of which there is a `shortage`."""
-    return NoAnswerError(err.message, hint=f"{short}: {_RECORD}", place=err.place)
+    return NoAnswerError(err.message, hint=f"{err.hint}; {short}: {_RECORD}", place=err.place)

@@ -80,7 +80,7 @@ def chirp(seed: int, duration: float, low: float = 0.1, high: float = 5.0) -> Mo
 
 
 def bang_bang(seed: int, duration: float, acceleration: float = 5.0) -> Motion:
-    """Accelerations +a, -a by turns, switching every 0.3 to 0.8 s in symmetric pairs, so that the velocity returns to 0."""
+    """Accelerations +a, -a by turns, switching every 0.3 to 0.8 s in symmetric pairs: the velocity returns to 0."""
     random = np.random.default_rng([seed, 5])
     lengths = random.uniform(0.3, 0.8, int(duration / 0.6) + 2)
     signs = random.choice([-1.0, 1.0], len(lengths))

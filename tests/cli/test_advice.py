@@ -44,7 +44,7 @@ def test_a_second_is_too_short_and_a_minute_is_not(tmp_path, model):
     second = write_csv(tmp_path / "second.csv", **{name: values[:100] for name, values in logged.items()})
     answer = chebid("identify", second, "-m", model)
     assert answer.status == 1
-    assert re.search(r"joint q1 has \d independent equations for the 6 parameters", answer.err)
+    assert re.search(r"joint q1 has \d independent equations for its 3 parameters", answer.err)
     assert "record 20 s or more" in answer.hint
     few = write_csv(tmp_path / "few.csv", **{name: values[:500] for name, values in logged.items()})
     answer = chebid("identify", few, "-m", model)

@@ -335,7 +335,7 @@ def test_a_terminal_gets_colour_unless_it_wants_none(made, environment, styled):
 
 def test_quiet_silences_warnings_not_data(made, monkeypatch, tmp_path):
     monkeypatch.chdir(made)
-    command = ["identify", "log.csv", "-m", "model.yaml", "--degree", "40"]  # too low: a warning
+    command = ["identify", "log.csv", "-m", "model.yaml", "--degree", "50"]  # too low: a warning
     loud, quiet = chebid(*command), chebid(*command, "--quiet")
     assert "warning: " in loud.err and quiet.err == ""
     assert loud.out == quiet.out
@@ -343,7 +343,7 @@ def test_quiet_silences_warnings_not_data(made, monkeypatch, tmp_path):
 
 
 def test_a_warning_names_its_place(run):
-    answer = run("identify", "log.csv", "-m", "model.yaml", "--degree", "40")
+    answer = run("identify", "log.csv", "-m", "model.yaml", "--degree", "50")
     assert re.search(r"^warning: column 'q1': .* bandwidth of .* Hz", answer.err, re.MULTILINE)
 
 

@@ -25,14 +25,12 @@ NAMED = tuple(Parameter(f"p{i}", joint, "1") for i, joint in enumerate(("left", 
 def test_a_joint_with_as_many_equations_as_parameters_is_refused():
     """It would be fitted exactly, and its weight beyond all bounds; the other joint has plenty and does not help."""
     rng = np.random.default_rng(0)
-    for count, refused in ((3, True), (4, True), (5, False)):
+    for count, refused in ((1, True), (2, True), (3, False)):
         joint = np.repeat([0, 1], [40, count])
         W = rng.standard_normal((len(joint), 4))
         rows = rows_of(W, W @ np.ones(4) + 0.1 * rng.standard_normal(len(joint)), joint)
         if refused:
-            with pytest.raises(
-                NoAnswerError, match=f"too short: .* joint right has {count} independent equations for the 4 p"
-            ):
+            with pytest.raises(NoAnswerError, match=f"joint right has {count} independent equations for its 2 param"):
                 solve(rows, NAMED)
         else:
             assert np.isfinite(solve(rows, NAMED).theta).all()
@@ -40,10 +38,10 @@ def test_a_joint_with_as_many_equations_as_parameters_is_refused():
 
 def test_parameters_that_do_not_act_need_no_equations():
     rng = np.random.default_rng(0)
-    joint = np.repeat([0, 1], [40, 4])
-    W = rng.standard_normal((44, 4))
-    W[joint == 1, :2] = 0.0
-    assert np.isfinite(solve(rows_of(W, rng.standard_normal(44), joint), NAMED).theta).all()
+    joint = np.repeat([0, 1], [40, 2])
+    W = rng.standard_normal((42, 4))
+    W[joint == 1, 2] = 0.0
+    assert np.isfinite(solve(rows_of(W, rng.standard_normal(42), joint), NAMED).theta).all()
 
 
 def test_nothing_is_correlated_across_records():
