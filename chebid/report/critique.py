@@ -133,11 +133,10 @@ def _draw_dependence(axis: Axes, errors: Errors) -> None:
 
 def _draw_profile(axis: Axes, found: Profile, d: Diagnosis) -> None:
     base, _, times = found.variable.partition("*")
-    times = "dq" if times == "sign(dq)" else times
     axis.errorbar(found.x, found.mean, found.spread, fmt="o-", ms=4, lw=1.4, elinewidth=1, color=COLOURS[0])
     axis.axhline(0, color=INK, lw=0.8)
     axis.set_xlabel(f"{d.evidence.dynamics.joints[found.joint]}: {base}")
-    what = f"error · sign of {times}" if times else "error"
+    what = "error · direction" if times else "error"
     axis.set_ylabel(f"{what} ({_unit(d, found.joint)})")
 
 

@@ -254,25 +254,23 @@ def _depends(errors: Errors, units: Mapping[str, str], turns: Mapping[str, bool]
     joints = d.evidence.dynamics.joints
     told = d.depends[:_TOLD]
     rows = [{"joint": joints[one.joint], "variable": one.variable, "score": one.score} for one in told]
-    pictures = []
-    for one in told[:_DRAWN]:
-        found = errors.profile(one.joint, one.variable)
-        if found is not None:
-            base, _, times = one.variable.partition("*")
+    pictures: dict[tuple[int, str, bool], dict[str, Any]] = {}
+    for one in told:
+        base, _, times = one.variable.partition("*")
+        key = one.joint, base, bool(times)  # times sign(dq), or times dq: the same picture
+        if key not in pictures and len(pictures) < _DRAWN and (found := errors.profile(one.joint, one.variable)):
             unit = _unit_of(base, joints[one.joint], turns)
-            pictures.append(
-                {
-                    "joint": joints[one.joint],
-                    "variable": one.variable,
-                    "across": f"{base} ({unit})" if unit else base,
-                    "times": f"error · sign of {'dq' if times == 'sign(dq)' else times}" if times else "error",
-                    "unit": units[joints[one.joint]],
-                    "marks": profile_marks(found),
-                    "low": float(found.mean.min()),
-                    "high": float(found.mean.max()),
-                }
-            )
-    return {"rows": rows, "pictures": pictures, "most": _most(row["score"] for row in rows)}
+            pictures[key] = {
+                "joint": joints[one.joint],
+                "variable": one.variable,
+                "across": f"{base} ({unit})" if unit else base,
+                "times": "error · direction" if times else "error",
+                "unit": units[joints[one.joint]],
+                "marks": profile_marks(found),
+                "low": float(found.mean.min()),
+                "high": float(found.mean.max()),
+            }
+    return {"rows": rows, "pictures": list(pictures.values()), "most": _most(row["score"] for row in rows)}
 
 
 def _candidates(d: Diagnosis) -> dict[str, Any]:
