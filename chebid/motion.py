@@ -40,6 +40,7 @@ class Track:
     valid: Mask
     tau: Array | None
     signs: tuple[tuple[int, ...], ...] = ()
+    left_out: Mask | None = None
     trim: float = 0.0  # s that were cut at each end
 
     @property

@@ -16,12 +16,12 @@ _TAIL = 1.0  # percent at each end of a variable that share the outermost hats
 
 @dataclass(frozen=True)
 class Dependence:
-    """The error of a joint depends on a variable; `basis` (R, m) whitened rows, score as that of a candidate."""
+    """The error of a joint depends on a variable; score and share as those of a candidate."""
 
     joint: int
     variable: str
     score: float
-    basis: Array
+    share: float
 
 
 def dependences(evidence: Evidence, seed: int = 0) -> list[Dependence]:
@@ -38,7 +38,7 @@ def dependences(evidence: Evidence, seed: int = 0) -> list[Dependence]:
     best = np.max([_score(evidence, basis, noise) for _, _, basis in judged], axis=0)
     threshold = max(0.0, float(np.quantile(best, _CHANCE)))
     found = [
-        Dependence(j, name, evidence.worth(basis) - _price(evidence, basis) - threshold, basis)
+        Dependence(j, name, evidence.worth(basis) - _price(evidence, basis) - threshold, evidence.share(basis))
         for j, name, basis in judged
     ]
     return sorted(found, key=lambda d: -d.score)

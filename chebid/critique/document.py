@@ -100,7 +100,7 @@ def refinement_document(refinement: Refinement) -> dict[str, Any]:
     dynamics = refinement.last.diagnosis.problem.dynamics
     added = []
     for one in refinement.added:
-        names = dynamics.names(next(e for e in dynamics.effects if e == one.effect))
+        names = dynamics.names(one.effect) if one.effect in dynamics.effects else ()
         added.append(
             {
                 **effect_document(one.effect, joints),

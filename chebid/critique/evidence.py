@@ -227,16 +227,27 @@ class Evidence:
 
         The deviation of every joint is fitted too: what no model explains is no noise of known size.
         """
+        before, after = self._energies(basis)
+        count = np.bincount(self.rows.joint, minlength=self.rows.joints)
+        known = (before[-1] - after[-1]) / 2
+        for j in range(self.rows.joints):
+            if min(before[j], after[j]) > 0:
+                known += count[j] / 2 * float(np.log(before[j] / after[j]))
+        return known
+
+    def share(self, basis: Array) -> float:
+        """Largest share, over the joints, of the squared residual that the columns of a basis (R, m) take away."""
+        before, after = self._energies(basis)
+        there = before[:-1] > 0
+        return float(np.max(1 - after[:-1][there] / before[:-1][there], initial=0.0))
+
+    def _energies(self, basis: Array) -> tuple[Array, Array]:
+        """Squared residual (J + 1,) by joint without and with the columns; the last of what is known beforehand."""
         before = self.residual
         after = before - basis @ (basis.T @ before)
-        count = len(self.rows.Y)
-        known = float(np.sum(before[count:] ** 2 - after[count:] ** 2)) / 2
-        for j in range(self.rows.joints):
-            mine = np.flatnonzero(self.rows.joint == j)
-            energies = float(np.sum(before[mine] ** 2)), float(np.sum(after[mine] ** 2))
-            if min(energies) > 0:
-                known += len(mine) / 2 * float(np.log(energies[0] / energies[1]))
-        return known
+        joint = np.concatenate([self.rows.joint, np.full(len(before) - len(self.rows.joint), self.rows.joints)])
+        count = self.rows.joints + 1
+        return np.asarray(np.bincount(joint, before**2, count)), np.asarray(np.bincount(joint, after**2, count))
 
     def judge(self, effect: Effect) -> Judged:
         """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.
@@ -287,7 +298,7 @@ def _widened(track: Track, problem: Problem) -> Track:
     trim = problem.model.processing.trim
     delay = problem.model.log.torque_delay
     wider = make_track(track.log, track.record, problem.setting, plans=tuple(used), delay=delay, trim=trim)
-    return replace(wider, signs=track.signs)
+    return replace(wider, signs=track.signs, left_out=track.left_out)
 
 
 def _edge(track: Track) -> Array:

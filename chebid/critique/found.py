@@ -16,6 +16,7 @@ from chebid.estimators.problem import Problem
 from chebid.robots import Parameter
 
 _COMPARED = 8  # candidates of which more than the score is computed
+_SURE = 2.0  # deviations below zero
 _WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further is refuted
 
 
@@ -32,14 +33,16 @@ class Fitted:
 class Found:
     """`score`: evidence of the fitted logs, more than chance where positive; `holdout`: what the hold-out adds to it.
 
-    `stability`: share of the re-weighted rows in which it comes first. Ratios after: rms / floor by joint.
-    `refuted`: with it the error on the hold-out grows, or friction that the model has becomes negative.
+    `stability`: share of the re-weighted rows in which it comes first; `share`: of the squared residual of a joint that
+    it takes away. Ratios after: rms / floor by joint. `refuted`: the hold-out is predicted worse with it, or friction
+    that the model has becomes negative.
     """
 
     candidate: Candidate
     score: float
     holdout: float | None
     stability: float
+    share: float = 0.0
     parameters: tuple[Fitted, ...] = ()
     ratio_after: dict[str, float | None] | None = None
     holdout_ratio_after: dict[str, float | None] | None = None
@@ -99,8 +102,12 @@ def compare(
     firm = stability(evidence, top, seed) if top else []
     beside = Holdout(evidence, held_out) if held_out is not None else None
     found = [
-        _detail(Found(c, c.score, beside.score(c.effect) if beside else None, share), evidence, sides)
-        for c, share in zip(top, firm, strict=True)
+        _detail(
+            Found(c, c.score, beside.score(c.effect) if beside else None, first, evidence.share(c.judged.basis)),
+            evidence,
+            sides,
+        )
+        for c, first in zip(top, firm, strict=True)
     ]
     rest = [Found(c, c.score, None, 0.0) for c in candidates[_COMPARED:]]
     return [*sorted(found, key=lambda f: (f.refuted, -f.total)), *rest]
@@ -108,9 +115,9 @@ def compare(
 
 def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
     """A candidate with its parameters and the ratios that it leaves."""
-    theta, parameters = fit_with(evidence, one.effect)
+    theta, sd, parameters = fit_with(evidence, one.effect)
     if not sides.held:
-        one = replace(one, refuted=_turns_negative(evidence, theta))
+        one = replace(one, refuted=_turns_negative(evidence, theta + _SURE * sd))
     rows = sides.fitted.problem.rows
     X = np.hstack([rows.W, sides.fitted.columns(one.effect, sides.theta)])
     if not sides.held:
@@ -120,7 +127,9 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
         before, after = (
             sides.held_out.ratios(left) for left in _held_out(sides.held_out, one.effect, sides.theta, theta)
         )
-        more = replace(one, holdout_ratio_after=after, refuted=one.refuted or _worse(before, after))
+        more = replace(
+            one, holdout_ratio_after=after, refuted=one.refuted or (_worse(before, after) and (one.holdout or 0.0) <= 0)
+        )
     return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
 
 
@@ -141,7 +150,7 @@ def _worse(before: dict[str, float | None], after: dict[str, float | None]) -> b
 
 
 def _turns_negative(evidence: Evidence, theta: Array) -> bool:
-    """Whether theta (P + k,) with a candidate makes a parameter negative that cannot be so in nature."""
+    """Whether a candidate makes a parameter negative that cannot be so in nature, theta (P + k,) at its highest."""
     before = evidence.dynamics.terms(evidence.theta)
     after = evidence.dynamics.terms(theta[: len(evidence.theta)])
     return any(
@@ -151,8 +160,8 @@ def _turns_negative(evidence: Evidence, theta: Array) -> bool:
     )
 
 
-def fit_with(evidence: Evidence, effect: Effect) -> tuple[Array, tuple[Fitted, ...]]:
-    """Model and effect fitted together on whitened rows: theta (P + k,), and the parameters of the effect."""
+def fit_with(evidence: Evidence, effect: Effect) -> tuple[Array, Array, tuple[Fitted, ...]]:
+    """Model and effect fitted together on whitened rows: theta (P + k,), its deviations, the effect's parameters."""
     W, Y = evidence.system
     X = np.hstack([W, evidence.columns(effect)])
     scale = np.linalg.norm(X, axis=0)
@@ -163,7 +172,7 @@ def fit_with(evidence: Evidence, effect: Effect) -> tuple[Array, tuple[Fitted, .
     dynamics, known = evidence.dynamics, W.shape[1]
     own = effect.bind(dynamics.robot).parameters(dynamics.joints, dynamics.robot.rotary)
     told = zip(own, values[known:], sd[known:], strict=True)
-    return values, tuple(Fitted(p, float(v), float(s)) for p, v, s in told)
+    return values, sd, tuple(Fitted(p, float(v), float(s)) for p, v, s in told)
 
 
 def _refit(rows: Rows, X: Array, theta: Array) -> Array:

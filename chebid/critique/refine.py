@@ -13,6 +13,7 @@ from chebid.basis import Array
 from chebid.critique.candidates import Candidate, penalty, rank, refined_candidate
 from chebid.critique.diagnosis import Case, Diagnosis, examine
 from chebid.critique.evidence import Evidence, Ground
+from chebid.critique.kinds import Clipped
 from chebid.critique.verdict import MARGIN, Verdict
 from chebid.effects import Effect, specify
 from chebid.estimators import Estimate, JointResidual, estimate
@@ -74,10 +75,17 @@ class _Ladder:
         holdout = self.holdout.under(problem.model, problem.dynamics) if self.holdout else None
         found = estimate(problem, self.method)
         case = Case(problem, found.theta, holdout=holdout)
-        return Step(last, found, examine(case, self.ground, self.beside, self.kinds, self.seed))
+        ground = self._ground(problem, effects)
+        return Step(last, found, examine(case, ground, self.beside, self.kinds, self.seed))
 
     def evidence(self, effects: list[Effect]) -> Evidence:
-        return Evidence(self.ground, self.start.under(self.model(effects)).dynamics)
+        """The logs under the model with these effects."""
+        problem = self.start.under(self.model(effects))
+        return Evidence(self._ground(problem, effects), problem.dynamics)
+
+    def _ground(self, problem: Problem, effects: list[Effect]) -> Ground:
+        """That of the first model, unless the effects leave samples out."""
+        return Ground(problem) if any(isinstance(effect, Clipped) for effect in effects) else self.ground
 
     def revise(self, effects: list[Effect]) -> tuple[list[Effect], list[Effect]]:
         """Effects moved, replaced or dropped until each is the best in its place; and those dropped."""

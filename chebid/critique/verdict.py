@@ -13,6 +13,7 @@ from chebid.critique.found import Found
 Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
+_MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 _ALIKE = 3.0  # times farther for effects that are known to look alike
@@ -41,6 +42,11 @@ class Verdict:
     changed: bool = False
 
 
+def believed(one: Found) -> bool:
+    """Whether a candidate is more than chance, large enough to matter, and not refuted."""
+    return not one.refuted and min(one.score, one.total) > MARGIN and one.share > _MATTERS
+
+
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
     """Whether free functions of one variable explain the error much better than the best effect."""
     telling = [one.score for one in depends if one.variable not in _SERVO]
@@ -63,9 +69,9 @@ def judge_verdict(
 ) -> Verdict:
     """The verdict on ranked candidates and dependences; `pair`: score of the best candidate with another beside it."""
     smallest = detectable(evidence, threshold)
-    telling = [one for one in depends if one.variable not in _SERVO]
+    telling = [one for one in depends if one.variable not in _SERVO and one.share > _MATTERS]
     on = telling[0] if telling and telling[0].score > MARGIN else None
-    best = found[0] if found and not found[0].refuted and min(found[0].score, found[0].total) > MARGIN else None
+    best = found[0] if found and believed(found[0]) else None
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)
     if best is None:

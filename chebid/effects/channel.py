@@ -12,6 +12,7 @@ from chebid.effects.motion import Motion
 from chebid.effects.units import Units
 from chebid.robots import Array
 
+_BESIDE = 3  # samples at each side
 _CLOSE = 2e-3  # of the limit: samples that near are at it
 
 
@@ -92,8 +93,12 @@ class Saturation(JointEffect):
         return np.zeros((len(motion), 0))
 
     def mask(self, motion: Motion, measured: Array) -> NDArray[np.bool_]:
-        """(N,): the samples of measured torque (N, J) that are clipped on this joint."""
-        return np.abs(measured[:, self.joint]) >= (1 - _CLOSE) * self.limit
+        """(N,): the samples of measured torque (N, J) that are clipped on this joint, and their neighbours.
+
+        Noise that came after the clipping hides half of them.
+        """
+        at = np.abs(measured[:, self.joint]) >= (1 - _CLOSE) * self.limit
+        return np.convolve(at, np.ones(2 * _BESIDE + 1), "same") > 0.5
 
 
 def find_limit(measured: Array, share: float = 0.002) -> float | None:

@@ -44,7 +44,8 @@ def moving(track: Track, gate: Array) -> Mask:
 
     Those on which it moves, and so do the joints the direction of whose motion enters its equation (`Track.signs`).
     """
-    return track.valid[:, None] & fast_enough(track.motion.dq, gate, track.signs)
+    used = track.valid[:, None] & fast_enough(track.motion.dq, gate, track.signs)
+    return used if track.left_out is None else used & ~track.left_out
 
 
 def fast_enough(dq: Array, gate: Array, signs: Sequence[tuple[int, ...]] = ()) -> Mask:

@@ -37,7 +37,7 @@ class Problem:
     def under(self, model: Model, dynamics: Dynamics | None = None) -> "Problem":
         """The same logs, treated in the same way, under another model of the same robot."""
         other = Problem(model, self.logs, self.used)
-        other.__dict__.update(tracks=self.tracks, gate=self.gate, band=self.band, setting=self.setting)
+        other.__dict__.update(_projected=self._projected, gate=self.gate, band=self.band, setting=self.setting)
         if dynamics is not None:
             other.__dict__["dynamics"] = dynamics
         return other
@@ -65,12 +65,19 @@ class Problem:
 
     @cached_property
     def tracks(self) -> list[Track]:
-        """All records of all logs, projected."""
-        trim, least = self.model.processing.trim, float((self.used or {}).get("trim") or 0.0)
-        delay, joints = self.model.log.torque_delay, range(len(self.model.joints))
-        signs = tuple(self._unsettled.signs(joint) for joint in joints)
+        """All records of all logs, projected; with the samples that the model's effects leave out."""
+        made = self._unsettled
+        signs = tuple(made.signs(joint) for joint in range(len(self.model.joints)))
         return [
-            replace(make_track(log, record, self.setting, delay=delay, trim=trim, least=least), signs=signs)
+            replace(track, signs=signs, left_out=made.unusable(track.motion, track.torque)) for track in self._projected
+        ]
+
+    @cached_property
+    def _projected(self) -> list[Track]:
+        trim, least = self.model.processing.trim, float((self.used or {}).get("trim") or 0.0)
+        delay = self.model.log.torque_delay
+        return [
+            make_track(log, record, self.setting, delay=delay, trim=trim, least=least)
             for log in self.logs
             for record in log.records
         ]
