@@ -136,7 +136,10 @@ def _residual_table(estimate: Estimate) -> Table:
 def show_comparison(results: Comparisons) -> None:
     """Every model on every log."""
     heads = ("model", "log", "joint", "rms", "relative", "relative raw", "noise floor", "ratio")
-    models, logs = _short(entry.model for entry in results.entries), _short(entry.log for entry in results.entries)
+    models, logs = (
+        short_names(entry.model for entry in results.entries),
+        short_names(entry.log for entry in results.entries),
+    )
     body = [
         (
             models[row["model"]],
@@ -159,7 +162,7 @@ def show_comparison(results: Comparisons) -> None:
         out.print(f"noise floor: {kind}")
 
 
-def _short(paths: Iterable[str]) -> dict[str, str]:
+def short_names(paths: Iterable[str]) -> dict[str, str]:
     """Paths as they are shown: the names of the files, where these differ."""
     different = list(dict.fromkeys(paths))
     names = [Path(path).name for path in different]

@@ -15,9 +15,11 @@ from chebid.estimators import Problem
 from chebid.motion import Mask, Track
 from chebid.report.lines import draw_line
 from chebid.report.style import COLOURS, FAINT, INK, MEASURED, new_figure, styled
-from chebid.results import Comparisons
+from chebid.report.tables import short_names
+from chebid.results import Comparison, Comparisons
 
 _NARROWEST = 2000  # of the width of a record: thinner greys would not be seen
+_TOLD = 3  # models whose errors are told in figures
 _GAP = np.nan  # between records, so that lines do not join them
 
 
@@ -34,18 +36,20 @@ def torque_figure(problem: Problem, thetas: Mapping[str, Array]) -> Figure:
 def comparison_figure(results: Comparisons) -> Figure:
     """Every model on every log: a column of panels for each log."""
     logs = list(dict.fromkeys(entry.log for entry in results.entries))
+    names = short_names(dict.fromkeys(entry.model for entry in results.entries))
     first = results.entries[0].problem
     figure, columns = _panels(len(first.dynamics.joints), len(logs))
     for log, axes in zip(logs, columns, strict=True):
         mine = [entry for entry in results.entries if entry.log == log]
         torques = {
-            Path(entry.model).name: [
+            names[entry.model]: [
                 entry.problem.dynamics.torque(track.motion, entry.theta) for track in entry.problem.tracks
             ]
             for entry in mine
         }
         problem = mine[0].problem
         _draw(axes, problem.tracks, torques, first.dynamics.robot.rotary, _used(problem))
+        _tell_errors(axes[1::2], mine)
         if len(logs) > 1:
             axes[0].set_title(Path(log).name, pad=20)
     _finish(figure, columns)
@@ -67,6 +71,26 @@ def prediction_figure(
     _draw(columns[0], tracks, torques, rotary, used)
     _finish(figure, columns)
     return figure
+
+
+def _tell_errors(panels: Sequence[Axes], entries: Sequence[Comparison]) -> None:
+    """Rms of the residual of every model, in its colour, in the panel of each joint; of a few models."""
+    for i, entry in enumerate(entries[:_TOLD]):
+        place = 1.0 - 0.26 * (min(len(entries), _TOLD) - 1 - i)
+        for panel, r in zip(panels, entry.residual.values(), strict=True):
+            panel.annotate(
+                f"rms {r.rms:.3g} in band",
+                (place, 1.0),
+                xycoords="axes fraction",
+                ha="right",
+                va="bottom",
+                fontsize=8,
+                color=_colour(i),
+            )
+
+
+def _colour(model: int) -> str:
+    return COLOURS[1 + model % (len(COLOURS) - 1)]
 
 
 def _used(problem: Problem) -> list[Mask]:
@@ -103,7 +127,7 @@ def _draw(
         if measured is not None:
             draw_line(panels[0], t, measured[:, j], label="measured", color=MEASURED, linewidth=2.4, alpha=0.5)
         for i, (model, parts) in enumerate(torques.items()):
-            style: Any = {"color": COLOURS[1 + i % (len(COLOURS) - 1)], "linestyle": "-" if i == 0 else (0, (5, 2))}
+            style: Any = {"color": _colour(i), "linestyle": "-" if i == 0 else (0, (5, 2))}
             predicted = _join(parts)[:, j]
             draw_line(panels[0], t, predicted, label=model, linewidth=1.0, **style)
             if measured is not None:

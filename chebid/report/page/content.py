@@ -21,14 +21,15 @@ from chebid.report.page.words import (
     pretty,
     robot_words,
     settings_words,
-    short_names,
     status_words,
     torque_unit,
 )
 from chebid.report.residuals import Errors
+from chebid.report.tables import short_names
 
 _TOLD = 8  # candidates, dependences
 _DRAWN = 3  # dependences of which the error is drawn
+_REASONS = 3  # of a log, why its signals were projected so
 _SIGNALS = 60  # rows of signals of a log
 _UNCERTAIN = 10.0  # percent
 
@@ -90,8 +91,14 @@ def _log(problem: Problem, name: str) -> dict[str, Any]:
         "signals": rows[:_SIGNALS],
         "more": max(0, len(rows) - _SIGNALS),
         "several": len(log.records) > 1,
-        "reasons": list(dict.fromkeys(row["reason"] for row in rows)),
+        "reasons": _few(list(dict.fromkeys(str(row["reason"]) for row in rows))),
     }
+
+
+def _few(reasons: list[str]) -> list[str]:
+    return (
+        reasons if len(reasons) <= _REASONS else [*reasons[:_REASONS], f"and {len(reasons) - _REASONS} more like these"]
+    )
 
 
 # comparison -----------------------------------------------------------------------------------------------------------

@@ -46,12 +46,6 @@ def torque_unit(rotary: bool) -> str:
     return pretty(Units(rotary).torque)
 
 
-def short_names(paths: Sequence[str]) -> dict[str, str]:
-    """Paths as they are shown: the names of the files, as far as these differ."""
-    names = [Path(path).name for path in paths]
-    return {path: name if names.count(name) == 1 else path for path, name in zip(paths, names, strict=True)}
-
-
 def notice_text(notice: Notice) -> str:
     """A warning, with the name of its file only: a page says the same wherever its log lies."""
     place = notice.place
