@@ -168,6 +168,19 @@ def test_tab_reaches_charts_and_sections_open_by_key(page):
     assert page.run(f"{last}.open") is False
 
 
+def test_whatever_takes_the_focus_has_a_name(page):
+    """As a screen reader is told: by role and name."""
+    nodes = page.call("Accessibility.getFullAXTree")["nodes"]
+    told = [
+        (node["role"]["value"], node.get("name", {}).get("value", ""))
+        for node in nodes
+        if not node["ignored"] and any(p["name"] == "focusable" and p["value"]["value"] for p in node["properties"])
+    ]
+    unnamed = [(role, name) for role, name in told if not name.strip() and role not in ("RootWebArea", "main")]
+    roles = {role for role, _ in told}
+    assert unnamed == [] and {"slider", "link", "button", "region"} <= roles, roles
+
+
 def test_a_map_reads_its_cells(page):
     page.run("document.querySelector('.map .inner').focus()")
     output = "document.querySelector('.map .readout').textContent"
