@@ -254,6 +254,13 @@ class Fake:
         self.motion, self.torque = type("M", (), {"t": t}), tau[:, None]
 
 
+def test_a_page_stays_below_three_megabytes(text):
+    """Curves have a budget, whatever the logs; the rest does not grow with them."""
+    rest = re.sub(r'class="data">\{"t".*?</script>', "", text)
+    assert len(rest.encode()) < 0.2e6, "two models, two joints, two logs"
+    assert BUDGET + 4 * len(rest.encode()) < 3e6
+
+
 def test_a_million_samples_take_no_more_than_the_budget():
     t = np.arange(1_000_000) / 1000
     rng = np.random.default_rng(0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chebid.basis import Array
 from chebid.motion import Mask, Track
 
-BUDGET = 1_500_000  # characters of all curves of a page
+BUDGET = 2_200_000  # characters of all curves of a page
 _PER_SAMPLE = (8 + 4 + 4) * 4 / 3  # characters: t, measured, predicted
 _FEWEST = 200  # samples of a curve
 _SHORT = 2e-3  # of the whole time: stretches and pauses that no picture shows

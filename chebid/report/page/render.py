@@ -49,7 +49,10 @@ def _hash(text: str) -> str:
 
 
 def _number(value: float | None, digits: int = 3) -> str:
-    return number(value, digits).replace("-", "−") if value is not None and math.isfinite(value) else "–"
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{value:.0f}" if 10**digits <= abs(value) < 1e6 else number(value, digits)
+    return text.replace("-", "−")
 
 
 def _percent(value: float | None, digits: int = 3) -> str:
