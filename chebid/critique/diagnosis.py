@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chebid.basis import Array
+from chebid.critique.calm import without_jerk, withstood
 from chebid.critique.candidates import penalty, rank
 from chebid.critique.depends import Dependence, dependences
 from chebid.critique.evidence import Evidence, Ground, Held
 from chebid.critique.found import Found, Side, Sides, compare
-from chebid.critique.verdict import MARGIN, Verdict, judge_verdict, outdone
+from chebid.critique.verdict import MARGIN, Verdict, believed, is_telling, judge_verdict, outdone
 from chebid.critique.where import Cell, where
 from chebid.effects import Effect
 from chebid.errors import Notice
@@ -74,6 +75,11 @@ def examine(
     sides = Sides(case.theta, Side(problem, _floor(residual)), _holdout_side(case), case.held is not None)
     found = compare(evidence, ranking.candidates, beside, sides, seed)
     depends = dependences(evidence, seed)
+    if any(map(believed, found)) or is_telling(depends):
+        calm = Evidence(ground, problem.dynamics, case.held, calm=True)
+        found = [withstood(one, evidence, calm, ranking.threshold) for one in found]
+        found = [*filter(lambda f: not f.refuted, found), *filter(lambda f: f.refuted, found)]
+        depends = without_jerk(depends, dependences(calm, seed)) if is_telling(depends) else depends
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
     verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, bad)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chebid.basis import Array
+from chebid.critique.variables import time_since_reversal
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect, Motion
 from chebid.effects.channel import TorqueDelay
@@ -31,6 +32,7 @@ _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
 _OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
 _HALF = 0.5  # of the bandwidth of q
+_FADES = (0.02, 0.05, 0.15)  # s: how a drive that wound up against dry friction calms down
 _LAG = 2.5e-3  # s by which torques are logged early or late: half a control period of 200 Hz
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
 
@@ -79,14 +81,21 @@ class Ground:
 class Evidence:
     """Whitened rows of a model on its logs: the model's columns, the residual, and the means to add columns.
 
-    `elsewhere`: these are not the logs of the fit, and know nothing of what happened once.
     With `held`, the parameters are not free: what is known of them beforehand stands as P more rows below the others.
+    `elsewhere`: these are not the logs of the fit, and know nothing of what happened once. `calm`: what joints do just
+    after a reversal is no fault of the model.
     """
 
     def __init__(
-        self, ground: Ground, dynamics: Dynamics | None = None, held: Held | None = None, *, elsewhere: bool = False
+        self,
+        ground: Ground,
+        dynamics: Dynamics | None = None,
+        held: Held | None = None,
+        *,
+        elsewhere: bool = False,
+        calm: bool = False,
     ) -> None:
-        self.ground, self.elsewhere = ground, elsewhere
+        self.ground, self.elsewhere, self.calm = ground, elsewhere, calm
         self.dynamics = dynamics or ground.problem.dynamics
         self.rows: Rows = measured_rows(ground.tracks, self.dynamics, ground.gate, ground.band)
         self._held = held
@@ -123,7 +132,22 @@ class Evidence:
         """Whitened columns (R, J) or (R, J + 1) of what is no fault of the model: the edge of the projection, and a
         torque that was logged a fraction of a control period early or late.
         """
-        return np.hstack([self.edge, self._late]) if self.brief else self.edge
+        late = [self._late] if self.brief else []
+        return np.hstack([self.edge, *late, *([self._jerk] if self.calm else [])])
+
+    @cached_property
+    def _jerk(self) -> Array:
+        """Whitened columns (R, 3 J): torques that fade after every reversal of their joint."""
+        columns = []
+        for motion in self.motions:
+            part = np.zeros((*motion.q.shape, len(_FADES) * motion.q.shape[1]))
+            for j in range(motion.q.shape[1]):
+                since, sign = time_since_reversal(motion, j), np.sign(motion.dq[:, j])
+                part[:, j, len(_FADES) * j : len(_FADES) * (j + 1)] = np.column_stack(
+                    [sign * np.exp(-since / fade) for fade in _FADES]
+                )
+            columns.append(part)
+        return self.project(columns)
 
     @cached_property
     def brief(self) -> bool:

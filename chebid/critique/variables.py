@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chebid.basis import Array
 from chebid.effects import Motion
@@ -57,10 +58,21 @@ def _coupled(i: int, name: str, sign: Values, speed: Values) -> list[Variable]:
 
 def since_reversal(motion: Motion, joint: int) -> Array:
     """Distance (N,) that a joint has gone since its direction changed, rad or m."""
-    q, sign = motion.q[:, joint], np.sign(motion.dq[:, joint])
+    q = motion.q[:, joint]
+    return np.abs(q - q[_last_reversal(motion, joint)])
+
+
+def time_since_reversal(motion: Motion, joint: int) -> Array:
+    """Time (N,) since a joint's direction changed, s; infinite before it first does."""
+    last = _last_reversal(motion, joint)
+    return np.where(last > 0, motion.t - motion.t[last], np.inf)
+
+
+def _last_reversal(motion: Motion, joint: int) -> NDArray[np.int64]:
+    """Index (N,) of the sample at which the direction last changed; 0 before."""
+    sign = np.sign(motion.dq[:, joint])
     turned = np.flatnonzero(sign[1:] * sign[:-1] < 0) + 1
-    last = np.concatenate([[0], turned])[np.searchsorted(turned, np.arange(len(q)), side="right")]
-    return np.abs(q - q[last])
+    return np.concatenate([[0], turned])[np.searchsorted(turned, np.arange(len(sign)), side="right")]
 
 
 def hats(x: Array, low: float, high: float, count: int) -> Array:

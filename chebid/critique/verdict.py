@@ -49,10 +49,13 @@ def believed(one: Found) -> bool:
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
     """Whether free functions of one variable explain the error much better than the best effect."""
-    telling = [one.score for one in depends if one.variable not in _SERVO]
-    if not found or not telling or found[0].score <= MARGIN:
-        return False
-    return _short(found[0].score, telling[0])
+    telling = is_telling(depends)
+    return bool(found and telling) and believed(found[0]) and _short(found[0].score, telling[0].score)
+
+
+def is_telling(depends: Sequence[Dependence]) -> list[Dependence]:
+    """Dependences that are more than chance, large enough to matter, and not the doing of the drive."""
+    return [one for one in depends if one.variable not in _SERVO and one.score > MARGIN and one.share > _MATTERS]
 
 
 def _short(score: float, free: float) -> bool:
@@ -69,8 +72,8 @@ def judge_verdict(
 ) -> Verdict:
     """The verdict on ranked candidates and dependences; `pair`: score of the best candidate with another beside it."""
     smallest = detectable(evidence, threshold)
-    telling = [one for one in depends if one.variable not in _SERVO and one.share > _MATTERS]
-    on = telling[0] if telling and telling[0].score > MARGIN else None
+    telling = is_telling(depends)
+    on = telling[0] if telling else None
     best = found[0] if found and believed(found[0]) else None
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)

@@ -1,0 +1,46 @@
+"""Does a finding withstand what a drive does at reversals?
+
+A joint that dry friction held jerks as its drive winds up, faster than a projection of its positions passes. What then
+looks like an effect is none. Findings are judged once more beside torques that fade after every reversal; friction that
+lives there itself (presliding, Stribeck and its kin) is excepted: the motion tells it by its speed and distance.
+"""
+
+from dataclasses import replace
+
+from chebid.critique.candidates import penalty
+from chebid.critique.depends import Dependence
+from chebid.critique.evidence import Evidence
+from chebid.critique.found import Found
+from chebid.critique.verdict import MARGIN, believed
+from chebid.effects.channel import TorqueDelay
+
+_THERE = frozenset({"presliding", "stribeck", "viscous_power", "viscous_quadratic", "backlash", "joint_flexibility"})
+
+
+def withstood(one: Found, evidence: Evidence, calm: Evidence, threshold: float) -> Found:
+    """The candidate, refuted if little is left of it beside the jerks, or if it is a delay that joints do not share."""
+    if not believed(one):
+        return one
+    if isinstance(one.effect, TorqueDelay) and not _shared(one, evidence):
+        return replace(one, refuted=True)
+    if one.effect.name in _THERE:
+        return one
+    judged = calm.judge(one.effect)
+    score = calm.worth(judged.basis) - penalty(calm, judged, one.candidate.settings) - threshold
+    return one if score > MARGIN else replace(one, refuted=True)
+
+
+def _shared(one: Found, evidence: Evidence) -> bool:
+    """Whether all joints show the same delay."""
+    column = evidence.columns(one.effect)[:, 0]
+    joint = evidence.rows.joint
+    each = evidence.padded((joint[:, None] == range(evidence.rows.joints)) * column[: len(joint), None])
+    apart = evidence.beside(each)
+    return evidence.worth(apart) - evidence.worth(one.candidate.judged.basis) < MARGIN
+
+
+def without_jerk(depends: list[Dependence], calm: list[Dependence]) -> list[Dependence]:
+    """Dependences with the score that they have beside the jerks, if that is lower; best first."""
+    scores = {(one.joint, one.variable): one.score for one in calm}
+    lowered = [replace(one, score=min(one.score, scores.get((one.joint, one.variable), 0.0))) for one in depends]
+    return sorted(lowered, key=lambda one: -one.score)
