@@ -7,14 +7,16 @@ lives there itself (presliding, Stribeck and its kin) is excepted: the motion te
 
 from dataclasses import replace
 
+import numpy as np
+
 from chebid.critique.candidates import penalty
 from chebid.critique.depends import Dependence
-from chebid.critique.evidence import Evidence
+from chebid.critique.evidence import Evidence, Judged
 from chebid.critique.found import Found
 from chebid.critique.verdict import MARGIN, believed
 from chebid.effects.channel import TorqueDelay
 
-_THERE = frozenset({"presliding", "stribeck", "viscous_power", "viscous_quadratic", "backlash", "joint_flexibility"})
+_THERE = frozenset({"presliding", "stribeck", "viscous_power", "viscous_quadratic"})
 
 
 def withstood(one: Found, evidence: Evidence, calm: Evidence, threshold: float) -> Found:
@@ -25,9 +27,17 @@ def withstood(one: Found, evidence: Evidence, calm: Evidence, threshold: float) 
         return replace(one, refuted=True)
     if one.effect.name in _THERE:
         return one
-    judged = calm.judge(one.effect)
+    judged = _again(one, calm)
     score = calm.worth(judged.basis) - penalty(calm, judged, one.candidate.settings) - threshold
     return one if score > MARGIN else replace(one, refuted=True)
+
+
+def _again(one: Found, calm: Evidence) -> Judged:
+    """The candidate beside the jerks; the columns of one that was simulated are those it has."""
+    if one.effect.linear:
+        return calm.judge(one.effect)
+    basis = calm.beside(one.candidate.judged.basis)
+    return Judged(one.effect, basis, float(np.sum((basis.T @ calm.residual) ** 2)))
 
 
 def _shared(one: Found, evidence: Evidence) -> bool:

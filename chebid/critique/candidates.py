@@ -15,6 +15,7 @@ import numpy as np
 import scipy.optimize
 
 from chebid.basis import Array
+from chebid.critique import transmission
 from chebid.critique.evidence import Evidence, Judged
 from chebid.effects import Effect
 from chebid.effects.channel import TorqueDelay
@@ -54,6 +55,7 @@ class Ranking:
 def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool = False, seed: int = 0) -> Ranking:
     """Every effect of `kinds` on every joint; those that the model has only if `present` ones can have changed."""
     families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence, kinds, present)]
+    families += transmission.families(evidence)
     families = [family for family in families if any(j.basis.shape[1] for j in family)]
     threshold = _threshold(evidence, families, seed)
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
@@ -66,8 +68,8 @@ def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bo
     joints = range(len(evidence.dynamics.joints))
     own = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
     for name, kind in kinds.items():
-        if evidence.brief and kind is TorqueDelay:
-            continue  # that of logging, which is allowed for
+        if not kind.linear or (evidence.brief and kind is TorqueDelay):
+            continue  # simulated; or a delay of logging, which is allowed for
         for joint in [None] if kind.whole_arm else joints:
             if present or (name, joint) not in own:
                 settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
@@ -103,6 +105,10 @@ def _threshold(evidence: Evidence, families: list[list[Judged]], seed: int) -> f
 def refined_candidate(evidence: Evidence, candidate: Candidate) -> Candidate:
     """The candidate with its continuous hyper-parameters moved to where the gain is largest."""
     effect = candidate.effect
+    if not effect.linear:
+        best = transmission.refined_hang(evidence, candidate.judged)
+        more = evidence.worth(best.basis) - evidence.worth(candidate.judged.basis)
+        return replace(candidate, judged=best, score=candidate.score + more)
     bounds = type(effect).refinable(evidence.trusted, effect.joint, float(evidence.ground.gate[effect.joint or 0]))
     bounds = {name: limits for name, limits in bounds.items() if effect.hyper.get(name) is not None}
     if not bounds:

@@ -31,7 +31,6 @@ _WIDEST = 0.35  # of the rate: the widest band of positions
 _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
 _OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
-_HALF = 0.5  # of the bandwidth of q
 _FADES = (0.02, 0.05, 0.15)  # s: how a drive that wound up against dry friction calms down
 _LAG = 2.5e-3  # s by which torques are logged early or late: half a control period of 200 Hz
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
@@ -274,14 +273,8 @@ class Evidence:
         return np.asarray(np.bincount(joint, before**2, count)), np.asarray(np.bincount(joint, after**2, count))
 
     def judge(self, effect: Effect) -> Judged:
-        """A candidate on these rows; one that is only a signature, on those below half the bandwidth of q.
-
-        (Above, what the projection takes off the accelerations has the same signature as an elastic joint.)
-        """
+        """A candidate on these rows."""
         rows = self.columns(effect)
-        if not effect.linear:
-            low = self.rows.frequency <= _HALF * self.ground.problem.bandwidth
-            rows = np.where(self.padded(low)[:, None], rows, 0.0)
         if self._impossible(effect, rows):
             return Judged(effect, np.zeros((len(rows), 0)), 0.0)
         basis = self.beside(rows)

@@ -103,7 +103,7 @@ def compare(
     beside = Holdout(evidence, held_out) if held_out is not None else None
     found = [
         _detail(
-            Found(c, c.score, beside.score(c.effect) if beside else None, first, evidence.share(c.judged.basis)),
+            Found(c, c.score, _beside(beside, c.effect), first, evidence.share(c.judged.basis)),
             evidence,
             sides,
         )
@@ -111,6 +111,11 @@ def compare(
     ]
     rest = [Found(c, c.score, None, 0.0) for c in candidates[_COMPARED:]]
     return [*sorted(found, key=lambda f: (f.refuted, -f.total)), *rest]
+
+
+def _beside(holdout: Holdout | None, effect: Effect) -> float | None:
+    """What the hold-out says; nothing of an effect that is known by its signature only."""
+    return holdout.score(effect) if holdout is not None and effect.linear else None
 
 
 def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:

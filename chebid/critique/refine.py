@@ -109,7 +109,7 @@ class _Ladder:
         start = evidence.worth(judged.basis) - penalty(evidence, judged) - ranking.threshold
         own = refined_candidate(evidence, Candidate(judged, 1, start))
         best = ranking.candidates[0]
-        if best.key != own.key and best.score > own.score + _BETTER and best.effect.linear:
+        if best.key != own.key and best.score > own.score + _BETTER:
             return best.effect
         return own.effect if own.score > MARGIN else None
 

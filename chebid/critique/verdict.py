@@ -14,6 +14,7 @@ Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
+_SIMULATED = 2.0  # times the margin for what was found by simulating: accelerations at the band's edge tell it
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 _ALIKE = 3.0  # times farther for effects that are known to look alike
@@ -44,7 +45,8 @@ class Verdict:
 
 def believed(one: Found) -> bool:
     """Whether a candidate is more than chance, large enough to matter, and not refuted."""
-    return not one.refuted and min(one.score, one.total) > MARGIN and one.share > _MATTERS
+    needed = MARGIN if one.effect.linear else _SIMULATED * MARGIN
+    return not one.refuted and min(one.score, one.total) > needed and one.share > _MATTERS
 
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
@@ -83,7 +85,7 @@ def judge_verdict(
     if on is not None and _short(max(best.score, pair), on.score):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found[1:] if _is_rival(best, other)]
-    sure = not rivals and best.stability >= _FIRM and best.effect.linear and (best.holdout or 0.0) > -_RIVAL
+    sure = not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
     return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
 
 

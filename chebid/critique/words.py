@@ -33,8 +33,6 @@ def _missing(d: Diagnosis) -> list[str]:
 
 
 def _doubt(best: Found) -> str:
-    if not best.effect.linear:
-        return "a spring and a gap in the transmission leave much the same trace"
     if best.stability < 0.9:
         return f"it comes first in {100 * best.stability:.0f} % of the re-weighted logs"
     return "it does not predict the hold-out better"

@@ -50,7 +50,7 @@ def test_an_effect_that_is_in_the_model_gains_nothing(evidence):
 
 
 def test_the_noise_is_white_after_whitening(ground):
-    """A log without anything hidden: residuals of deviation 1 at every joint and frequency, within what 200 rows tell."""
+    """A log with nothing hidden: residuals of deviation 1 at every joint and frequency, within what 200 rows tell."""
     log = hidden_log(sines(5, 12.0), seed=8, colour=0.6)
     clean = Evidence(Ground(Problem(make_model(), (log,))))
     rows = clean.rows

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from arms import make_log
 from critique.hidden import COUNT, diagnosed, hidden_log, moves, named, on, sines
+from scipy.integrate import cumulative_trapezoid
 
 from chebid.critique import message
 
@@ -46,15 +47,16 @@ def test_coloured_noise(colour):
 
 def test_accelerations_that_jump():
     """A motion of parabolas: its accelerations are steps, which no projection passes."""
-    t = np.arange(2001) / 100
-    steps = np.sign(np.sin(2 * np.pi * 0.45 * t + 0.3)), np.sign(np.sin(2 * np.pi * 0.6 * t + 1.0))
+    fine = np.arange(200_001) / 10_000
+    steps = np.sign(np.sin(2 * np.pi * 0.45 * fine + 0.3)), np.sign(np.sin(2 * np.pi * 0.6 * fine + 1.0))
     ddq = np.column_stack(steps) * (2.0, 4.0)
-    dq = np.cumsum(ddq, axis=0) / 100
+    dq = cumulative_trapezoid(ddq, fine, axis=0, initial=0)
     dq -= dq.mean(axis=0)
-    q = np.cumsum(dq, axis=0) / 100
+    q = cumulative_trapezoid(dq, fine, axis=0, initial=0)
+    t, q, dq, ddq = fine[::100], q[::100] - q.mean(axis=0), dq[::100], ddq[::100]
     from arms import Path3
 
-    assert_not_fooled(diagnosed(hidden_log(Path3(t, q - q.mean(axis=0), dq, ddq), seed=1)))
+    assert_not_fooled(diagnosed(hidden_log(Path3(t, q, dq, ddq), seed=1)))
 
 
 @pytest.mark.parametrize("late", [1e-3, -1e-3])

@@ -56,7 +56,7 @@ def test_refine_writes_a_model_that_explains_the_hold_out(folder):
     )
     assert answer.status == 0, answer.err
     document = answer.document
-    assert [step["effect"] for step in document["steps"]][0] is None
+    assert document["steps"][0]["effect"] is None
     assert {(one["effect"], one["joint"]) for one in document["added"]} == {
         ("spring", "q2"),
         ("viscous_coupling", "q1"),

@@ -1,0 +1,151 @@
+"""Backlash and joint flexibility, told apart by simulating a link that hangs on its motor.
+
+The motor moves as logged; its link lags by delta(t), which the transmission's torque f brings back (two masses, the
+motor's motion given; Spong, J. Dyn. Sys. Meas. Control 109, 1987):
+
+    M(t) delta'' + f(delta, delta') = tau(t)
+
+M(t): the inertia that the rigid model has at this joint; tau(t): the rigid torque that moves the link as the motor
+moves. A spring: f = K delta + D delta'. A gap: the same, stiff, beyond +-gap/2, and nothing within. The joint's torque
+differs from the rigid one by f - tau, that of the others by -M_ij delta''.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from chebid.basis import Array
+from chebid.critique.evidence import Evidence, Judged
+from chebid.effects import Effect, Motion
+from chebid.effects.transmission import Backlash, JointFlexibility
+
+_STEP = 1e-3  # s, at most
+_SPRINGS = np.geomspace(3.0, 40.0, 9)  # Hz: own frequency of the link on its spring
+_GAPS = np.geomspace(1e-4, 0.03, 9)  # of the range of the joint
+_CONTACT = 60.0  # Hz: own frequency in contact, beyond what the equations see
+_SPRING_DAMPING, _CONTACT_DAMPING = 0.1, 0.5  # of the critical
+_SOFT = 0.15  # of the rms torque: over which the signature of a gap changes sides
+
+
+@dataclass(frozen=True)
+class Hang:
+    """How a link hangs on its motor: (K,) springs of `frequency` Hz, or gaps (rad or m) that a contact closes."""
+
+    frequency: Array
+    gap: Array
+
+    @property
+    def damping(self) -> Array:
+        """Share of the critical damping (K,)."""
+        return np.where(self.gap > 0, _CONTACT_DAMPING, _SPRING_DAMPING)
+
+    def single(self, k: int) -> "Hang":
+        """The k-th alone."""
+        return Hang(self.frequency[k : k + 1], self.gap[k : k + 1])
+
+
+def families(evidence: Evidence) -> Iterator[list[Judged]]:
+    """Springs and gaps of every joint, judged on the rows below the bandwidth of the positions."""
+    for joint in range(len(evidence.dynamics.joints)):
+        for kind, hang in ((JointFlexibility, _springs(_SPRINGS)), (Backlash, _gaps(_GAPS * _reach(evidence, joint)))):
+            if not any((own.name, own.joint) == (kind.name, joint) for own in evidence.dynamics.effects):
+                yield judged_hangs(evidence, joint, hang)
+
+
+def refined_hang(evidence: Evidence, judged: Judged) -> Judged:
+    """The spring or gap between the neighbours of one that was tried which explains the logs best."""
+    effect = judged.effect
+    assert isinstance(effect, HangingSpring | HangingGap) and effect.joint is not None, "one of `families`"
+    around = np.geomspace(0.7, 1.45, 9)
+    hang = _springs(effect.own * around) if isinstance(effect, HangingSpring) else _gaps(effect.own * around)
+    return max([judged, *judged_hangs(evidence, effect.joint, hang)], key=lambda one: one.gain)
+
+
+@dataclass(frozen=True)
+class HangingSpring(JointFlexibility):
+    """Joint flexibility with the link's own frequency, Hz, that the simulation found."""
+
+    own: float = field(default=0.0, kw_only=True, compare=False)
+
+
+@dataclass(frozen=True)
+class HangingGap(Backlash):
+    """Backlash with the gap, rad or m, that the simulation found."""
+
+    own: float = field(default=0.0, kw_only=True, compare=False)
+
+
+def judged_hangs(evidence: Evidence, joint: int, hang: Hang) -> list[Judged]:
+    """Every spring or gap as a candidate."""
+    columns = [_torques(evidence, motion, joint, hang) for motion in evidence.motions]
+    below = evidence.rows.frequency <= evidence.ground.problem.bandwidth
+    rows = evidence.project(columns) * evidence.padded(below)[:, None]
+    return [_judge(evidence, joint, hang.single(k), rows[:, [k]]) for k in range(rows.shape[1])]
+
+
+def _judge(evidence: Evidence, joint: int, hang: Hang, rows: Array) -> Judged:
+    effect = _effect(evidence, joint, hang)
+    if not np.any(rows) or float(rows[:, 0] @ evidence.residual) < 0:
+        return Judged(effect, np.zeros((len(rows), 0)), 0.0)
+    basis = evidence.beside(rows)
+    return Judged(effect, basis, float(np.sum((basis.T @ evidence.residual) ** 2)))
+
+
+def _effect(evidence: Evidence, joint: int, hang: Hang) -> Effect:
+    gap = float(hang.gap[0])
+    if not gap:
+        return HangingSpring(joint, own=float(hang.frequency[0]))
+    tau = evidence.trusted.tau
+    assert tau is not None, "the evidence gives the model's torque"
+    rms = float(np.sqrt(np.mean(tau[:, joint] ** 2))) or 1.0
+    return HangingGap(joint, soft=_SOFT * rms, own=gap)
+
+
+def _springs(frequency: Array) -> Hang:
+    return Hang(frequency, np.zeros(len(frequency)))
+
+
+def _gaps(gap: Array) -> Hang:
+    return Hang(np.full(len(gap), _CONTACT), gap)
+
+
+def _reach(evidence: Evidence, joint: int) -> float:
+    return float(np.ptp(evidence.trusted.q[:, joint]))
+
+
+def _torques(evidence: Evidence, motion: Motion, joint: int, hang: Hang) -> Array:
+    """What each transmission (K,) adds to the rigid torques: (N, J, K)."""
+    robot, theta = evidence.dynamics.robot, evidence.dynamics.rigid(evidence.theta)
+    rigid = robot.regressor(motion.q, motion.dq, motion.ddq) @ theta
+    more = motion.ddq.copy()
+    more[:, joint] += 1.0
+    inertia = robot.regressor(motion.q, motion.dq, more) @ theta - rigid
+    own = np.maximum(inertia[:, joint], 1e-3 * np.median(np.abs(inertia[:, joint])))
+    torque, bend = _lag(motion.t, own, rigid[:, joint], hang)
+    out = -inertia[:, :, None] * bend[:, None, :]
+    out[:, joint] = torque - rigid[:, [joint]]
+    return out
+
+
+def _lag(t: Array, inertia: Array, torque: Array, hang: Hang) -> tuple[Array, Array]:
+    """Torque of the transmission and delta'' (N, K), by steps of semi-implicit Euler."""
+    steps = max(1, int(np.ceil(float(np.median(np.diff(t))) / _STEP)))
+    fine = np.interp(np.arange((len(t) - 1) * steps + 1) / steps, np.arange(len(t)), t)
+    M, tau = np.interp(fine, t, inertia), np.interp(fine, t, torque)
+    w = 2 * np.pi * hang.frequency
+    K, D = w**2 * np.median(M), 2 * hang.damping * w * np.median(M)
+    half, springs = hang.gap / 2, not hang.gap.any()
+    delta, speed = tau[0] / K + np.sign(tau[0]) * half, np.zeros(len(w))
+    force, bend = np.empty((len(t), len(w))), np.empty((len(t), len(w)))
+    for i in range(len(fine)):
+        beyond = delta if springs else delta - np.clip(delta, -half, half)
+        f = K * beyond + D * speed if springs else np.where(beyond != 0, K * beyond + D * speed, 0.0)
+        acceleration = (tau[i] - f) / M[i]
+        if i % steps == 0:
+            force[i // steps], bend[i // steps] = f, acceleration
+        if i + 1 < len(fine):
+            h = fine[i + 1] - fine[i]
+            speed = speed + h * acceleration
+            delta = delta + h * speed
+    return force, bend
