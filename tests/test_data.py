@@ -1,5 +1,6 @@
 """The bundled logs are what data/README.md says they are."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -7,6 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
+
+from chebid.model import read_model
 
 
 def commands(project: Path) -> list[list[str]]:
@@ -28,6 +32,42 @@ def test_logs_come_out_again(project, tmp_path, number):
     command[place] = str(again)
     call = [sys.executable, "-c", "from chebid.cli import main; main()", *command[1:], "--quiet"]
     subprocess.run(call, cwd=project, check=True, capture_output=True)
+    assert_same_log(kept, again)
+
+
+def truth(project: Path) -> dict:
+    return yaml.safe_load((project / "data/hidden_truth.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_logs_with_hidden_effects_come_out_again(project, tmp_path, number):
+    script = project / "workflow/scripts/hidden_data.py"
+    arguments = ["data/hidden_truth.yaml", "config/scara.yaml", tmp_path, f"hidden_{number}"]
+    environment = os.environ | {"PYTHONPATH": str(project)}
+    subprocess.run([sys.executable, script, *arguments], cwd=project, check=True, capture_output=True, env=environment)
+    for name in (f"hidden_{number}.csv", f"hidden_{number}_other.csv"):
+        assert_same_log(project / "data" / name, tmp_path / name)
+
+
+def test_hidden_effects_are_as_strong_as_they_say(project):
+    """And the model file that a reader starts from does not have them; one log has nothing."""
+    given = read_model(project / "data/scara.yaml")
+    effects = [own["effects"] for own in truth(project).values()]
+    assert [len(one) for one in effects] == [1, 1, 1, 0]
+    assert not {spec.effect for spec in given.effects} & {entry["effect"] for one in effects for entry in one}
+    assert all(1 <= own["strength"] <= 2 for own in truth(project).values() if own["effects"])
+
+
+def test_the_truth_is_not_told_elsewhere(project):
+    """Neither by the page about the logs nor by anything beside them."""
+    told = (project / "data/README.md").read_text(encoding="utf-8")
+    for own in truth(project).values():
+        for entry in own["effects"]:
+            assert entry["effect"] not in told
+    assert sum(path.stat().st_size for path in (project / "data").iterdir()) < 2e6
+
+
+def assert_same_log(kept: Path, again: Path) -> None:
     old, new = pd.read_csv(kept), pd.read_csv(again)
     assert list(old) == list(new)
     assert len(old) == len(new)
