@@ -16,6 +16,7 @@ from chebid.critique.found import Found
 from chebid.critique.verdict import MARGIN, believed
 from chebid.effects.channel import TorqueDelay
 
+_APART = 0.5  # of the worth of one delay for all joints, by which one delay for each would have to be better
 _THERE = frozenset({"presliding", "stribeck", "viscous_power", "viscous_quadratic"})
 
 
@@ -46,7 +47,8 @@ def _shared(one: Found, evidence: Evidence) -> bool:
     joint = evidence.rows.joint
     each = evidence.padded((joint[:, None] == range(evidence.rows.joints)) * column[: len(joint), None])
     apart = evidence.beside(each)
-    return evidence.worth(apart) - evidence.worth(one.candidate.judged.basis) < MARGIN
+    together = evidence.worth(one.candidate.judged.basis)
+    return evidence.worth(apart) - together < max(MARGIN, _APART * together)
 
 
 def without_jerk(depends: list[Dependence], calm: list[Dependence]) -> list[Dependence]:

@@ -17,6 +17,7 @@ from chebid.robots import Parameter
 
 _COMPARED = 8  # candidates of which more than the score is computed
 _SURE = 2.0  # deviations below zero
+_TRUST = 2.0  # times the score: more than that a hold-out does not count for an effect
 _WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further is refuted
 
 
@@ -55,8 +56,8 @@ class Found:
 
     @property
     def total(self) -> float:
-        """Evidence of the fitted logs and of the hold-out, which may refute it, but not say more for it than they."""
-        return self.score + min(self.holdout or 0.0, max(self.score, 0.0))
+        """Evidence of the fitted logs and of the hold-out, which counts for at most twice as much as they do."""
+        return self.score + min(self.holdout or 0.0, _TRUST * max(self.score, 0.0))
 
 
 class Side:

@@ -16,6 +16,7 @@ from chebid.critique.evidence import Evidence, Ground
 from chebid.critique.kinds import Clipped
 from chebid.critique.verdict import MARGIN, Verdict
 from chebid.effects import Effect, specify
+from chebid.errors import NoAnswerError
 from chebid.estimators import Estimate, JointResidual, estimate
 from chebid.estimators.problem import Problem
 from chebid.model import EffectSpec, Model
@@ -138,9 +139,15 @@ def refine(
         if any((gone.name, gone.joint) == (new.name, new.joint) for gone in dropped):
             break
         verdicts[new.name, new.joint] = verdict
-        effects, gone = ladder.revise([*effects, new])
-        dropped += gone
-        steps.append(ladder.step(effects, new))
+        revised, gone = ladder.revise([*effects, new])
+        if not revised:
+            break
+        try:
+            step = ladder.step(revised, new if new in revised else revised[-1])
+        except NoAnswerError:
+            break  # it explains the logs, but they cannot give its parameters beside all others
+        effects, dropped = revised, dropped + gone
+        steps.append(step)
         progress(steps[-1])
     first = steps[0].diagnosis.verdict
     added = tuple(Added(effect, verdicts.get((effect.name, effect.joint), first)) for effect in effects)

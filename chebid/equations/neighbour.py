@@ -18,16 +18,20 @@ _FEWEST = 20  # independent equations above the band
 
 
 def neighbour_floor(tracks: list[Track], dynamics: Dynamics, theta: Array, gate: Array, band: float) -> Array | None:
-    """Noise (J,) in N.m or N within the band, as dense there as just above it; None where there is no room above."""
-    wide = min(_OCTAVE * band, _NYQUIST * min(track.rate for track in tracks))
-    if wide < 1.2 * band:
-        return None
-    inside, beyond = (_energy(tracks, dynamics, theta, gate, limit) for limit in (band, wide))
-    count = beyond[1] - inside[1]
-    if np.any(count < _FEWEST) or np.any(beyond[0] <= inside[0]):
-        return None
-    density = (beyond[0] - inside[0]) / count
-    return np.asarray(np.sqrt(density * inside[1] / inside[2]))
+    """Noise (J,) in N.m or N within the band, as dense there as just above it; None where there is no room above.
+
+    Above a narrow band more than an octave is taken, until there are enough equations.
+    """
+    most = _NYQUIST * min(track.rate for track in tracks)
+    inside = _energy(tracks, dynamics, theta, gate, band)
+    wide = band
+    while wide < most:
+        wide = min(_OCTAVE * wide, most)
+        beyond = _energy(tracks, dynamics, theta, gate, wide)
+        count = beyond[1] - inside[1]
+        if wide >= 1.2 * band and np.all(count >= _FEWEST) and np.all(beyond[0] > inside[0]):
+            return np.asarray(np.sqrt((beyond[0] - inside[0]) / count * inside[1] / inside[2]))
+    return None
 
 
 def _energy(
