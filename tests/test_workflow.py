@@ -275,7 +275,9 @@ def test_comparison_of_tables(script, other: pd.DataFrame, agree: bool, text: st
 # --- settings
 
 
-@pytest.mark.parametrize("names", [("paper.yaml",), ("paper.yaml", "quick.yaml")], ids="+".join)
+@pytest.mark.parametrize(
+    "names", [("paper.yaml",), ("paper.yaml", "quick.yaml"), ("paper.yaml", "study.yaml")], ids="+".join
+)
 def test_the_settings_that_come_with_it_are_good(script, project: Path, names: tuple[str, ...]) -> None:
     assert script("settings").complaints(merged(project, *names), project / "workflow/config.schema.yaml") == []
 
