@@ -83,6 +83,8 @@ def examine(
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
     verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, bad)
+    if verdict.best is not None:
+        found = [verdict.best, *(one for one in found if one is not verdict.best)]
     if case.held is not None and verdict.best is not None:
         verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
     return Diagnosis(
@@ -101,11 +103,12 @@ def examine(
 
 def _with_another(evidence: Evidence, found: list[Found], kinds: Mapping[str, type[Effect]], seed: int) -> float:
     """Score of the best candidate together with the best one beside it."""
-    effect = found[0].effect
+    best = next(filter(believed, found))
+    effect = best.effect
     dynamics = evidence.dynamics
     more = replace(dynamics, effects=(*dynamics.effects, effect), reference=dynamics.named(evidence.theta))
     second = rank(Evidence(evidence.ground, more), kinds, seed=seed).candidates[0]
-    return found[0].score + max(second.score, 0.0)
+    return best.score + max(second.score, 0.0)
 
 
 def _structural(effect: Effect, held: Evidence, threshold: float) -> bool:

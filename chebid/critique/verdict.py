@@ -51,8 +51,8 @@ def believed(one: Found) -> bool:
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
     """Whether free functions of one variable explain the error much better than the best effect."""
-    telling = is_telling(depends)
-    return bool(found and telling) and believed(found[0]) and _short(found[0].score, telling[0].score)
+    telling, best = is_telling(depends), next(filter(believed, found), None)
+    return best is not None and bool(telling) and _short(best.score, telling[0].score)
 
 
 def is_telling(depends: Sequence[Dependence]) -> list[Dependence]:
@@ -76,7 +76,7 @@ def judge_verdict(
     smallest = detectable(evidence, threshold)
     telling = is_telling(depends)
     on = telling[0] if telling else None
-    best = found[0] if found and believed(found[0]) else None
+    best = next(filter(believed, found), None)
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)
     if best is None:
@@ -84,7 +84,7 @@ def judge_verdict(
         return Verdict("unknown" if on else "nothing_missing", True, None, tuple(nearest[:_MOST]), on, smallest)
     if on is not None and _short(max(best.score, pair), on.score):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
-    rivals = [other for other in found[1:] if _is_rival(best, other)]
+    rivals = [other for other in found if other is not best and _is_rival(best, other)]
     sure = not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
     return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
 
