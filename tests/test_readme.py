@@ -16,7 +16,14 @@ def walk(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[Step, Step]]:
 def test_walk_has_the_whole_path() -> None:
     walk = steps(README.read_text(encoding="utf-8"))
     commands = [step.command.split()[1] for step in walk if step.command.startswith("chebid")]
-    assert {"project", "derive", "identify", "predict", "compare"} <= set(commands)
+    assert {"project", "derive", "identify", "predict", "compare", "diagnose", "add", "refine"} <= set(commands)
+
+
+def test_the_hidden_effect_is_found_in_six_commands() -> None:
+    """From the log to the named effect and the lower error."""
+    section = README.read_text(encoding="utf-8").split("## Find the missing effect")[1].split("\n## ")[0]
+    walk = [step.command.split()[1] for step in steps(section)]
+    assert walk[:2] == ["identify", "diagnose"] and len(walk) <= 6
 
 
 def test_walk_prints_what_the_readme_says(walk: list[tuple[Step, Step]]) -> None:
