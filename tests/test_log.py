@@ -11,6 +11,7 @@ from spoiled import JOINTS, RATE, N, cells, clean, joined, numbers, written
 
 from chebid.errors import InputError, Notice
 from chebid.log import LogSpec, read_log
+from chebid.log.average import at_instants
 from chebid.log.gains import apply_gain, gain_matrix
 from chebid.log.record import is_uniform, stamp_resolution
 from chebid.log.roughness import WHITE, local_noise, printed_resolution, quantum, roughness
@@ -74,6 +75,34 @@ def test_reference_is_read_when_it_is_named(tmp_path):
     np.testing.assert_array_equal(record.reference, record.q)
     with pytest.raises(InputError, match="no column 'r3'"):
         read(tmp_path, columns, spec=LogSpec(reference=("r1", "r3")))
+
+
+def test_means_of_a_torque_become_its_values(tmp_path):
+    """The mean of a sine over L is sinc(f L) times the sine: what is left of the loss is (2 pi f L)^4 / 200."""
+    columns, f, length = clean(), 3.0, 3 / RATE
+    wave = np.sin(2 * np.pi * f * columns["t"] + 0.4)
+    columns |= {"tau1": 5 * np.sinc(f * length) * wave, "tau2": columns["tau2"]}
+    plain, (record,) = (
+        read(tmp_path, columns).records[0],
+        read(tmp_path, columns, spec=LogSpec(torque_average=length)).records,
+    )
+    x = 2 * np.pi * f * length
+    inner = slice(3, -3)
+    assert np.abs(plain.tau[inner, 0] - 5 * wave[inner]).max() > 0.9 * 5 * x**2 / 24
+    np.testing.assert_allclose(record.tau[inner, 0], 5 * wave[inner], atol=5 * x**4 / 200)
+    np.testing.assert_array_equal(record.tau[[0, 1, 2, -3, -2, -1]], plain.tau[[0, 1, 2, -3, -2, -1]])
+    with pytest.raises(InputError, match=r"torque_average.*below zero"):
+        read(tmp_path, columns, spec=LogSpec(torque_average=-0.01))
+
+
+def test_means_beside_a_missing_torque_stay_as_they_are():
+    t = np.arange(9.0)
+    means = np.column_stack([t**2, t**2])
+    means[4, 0] = np.nan
+    tau = at_instants(t, means, 1.0)
+    np.testing.assert_array_equal(tau[[0, 3, 4, 5, 8], 0], means[[0, 3, 4, 5, 8], 0])
+    # of a parabola the mean is exactly 1/12 more
+    np.testing.assert_allclose(tau[1:-1, 1], t[1:-1] ** 2 - 1 / 12, atol=1e-14)
 
 
 def test_a_log_without_torque_is_refused_only_when_it_is_needed(tmp_path):

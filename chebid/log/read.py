@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from chebid.errors import InputError, Place
 from chebid.formats import Table, read_table
 from chebid.log import channels
+from chebid.log.average import at_instants
 from chebid.log.choice import Choice, choose
 from chebid.log.clock import Clock, even_clock, read_clock
 from chebid.log.findings import Findings
@@ -76,12 +77,16 @@ class _Logged:
 
 @dataclass(frozen=True)
 class _Gains:
-    """Matrices (joints, columns) from logged to SI units; `joints` is None when nothing is known of the columns."""
+    """Matrices (joints, columns) from logged to SI units; `joints` is None when nothing is known of the columns.
+
+    `average`: s over which each torque is a mean.
+    """
 
     joints: int | None
     position: Array
     torque: Array | None
     offset: float | tuple[float, ...]
+    average: float = 0.0
 
     @classmethod
     def of(cls, spec: LogSpec, joints: int | None, logged: _Logged) -> "_Gains":
@@ -97,9 +102,8 @@ class _Gains:
         torque = None
         if logged.torque is not None:
             torque = gain_matrix(spec.torque_gain, joints, logged.torque.shape[1], "torque_gain")
-        return cls(
-            joints, gain_matrix(spec.position_gain, joints, count, "position_gain"), torque, spec.position_offset
-        )
+        position = gain_matrix(spec.position_gain, joints, count, "position_gain")
+        return cls(joints, position, torque, spec.position_offset, spec.torque_average)
 
 
 def _take(table: Table, choice: Choice) -> _Logged:
@@ -217,7 +221,9 @@ def _record(logged: _Logged, t: Array, gains: _Gains) -> Record:
     if gains.joints is None:
         return Record(t, logged.position, None, None, logged.rows)
     q = apply_gain(logged.position, gains.position, gains.offset)
-    tau = None if logged.torque is None or gains.torque is None else apply_gain(logged.torque, gains.torque)
+    tau = None
+    if logged.torque is not None and gains.torque is not None:
+        tau = at_instants(t, apply_gain(logged.torque, gains.torque), gains.average)
     reference = None if logged.reference is None else apply_gain(logged.reference, gains.position, gains.offset)
     return Record(t, q, tau, reference, logged.rows)
 

@@ -17,7 +17,8 @@ class LogSpec:
     """How the logs of one robot are read: the `log:` section of the model file.
 
     `rate` in Hz for logs without a time column; gains in rad (or m) and N.m (or N) per logged unit: a number, one per
-    joint, or a matrix (joints, columns); `torque_delay` in s by which the torque column lags the position column.
+    joint, or a matrix (joints, columns); `torque_delay` in s by which the torque column lags the position column;
+    `torque_average` in s over which each torque is a mean, centred on its stamp.
     """
 
     time: str | None = None
@@ -29,6 +30,7 @@ class LogSpec:
     position_offset: float | tuple[float, ...] = 0.0
     torque_gain: Gain = 1.0
     torque_delay: float = 0.0
+    torque_average: float = 0.0
 
 
 @dataclass(frozen=True)
