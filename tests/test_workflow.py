@@ -1,5 +1,6 @@
 """The workflow on very small grids, in a copy of its own: checks, restarts, reports, the same bytes twice."""
 
+import functools
 import importlib.util
 import json
 import os
@@ -270,6 +271,14 @@ def test_comparison_of_tables(script, other: pd.DataFrame, agree: bool, text: st
     found, same = script("check").compare(FRAME, other, absolute=1e-3, relative=0.0)
     assert same is agree
     assert text in found
+
+
+def test_a_coverage_may_differ_by_two_seeds_and_no_other_column(script) -> None:
+    table = pd.DataFrame({"study": "s", "parameter": ["a", "b"], "rmse": 1.0, "coverage": 0.95, "seeds": 200})
+    compare = functools.partial(script("check").compare, reference=table, absolute=1e-3, relative=0.0)
+    assert compare(table.assign(coverage=[0.94, 0.96]))[1]
+    assert not compare(table.assign(coverage=[0.935, 0.95]))[1]
+    assert not compare(table.assign(rmse=[1.005, 1.0]))[1]
 
 
 # --- settings

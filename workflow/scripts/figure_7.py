@@ -21,7 +21,8 @@ def main() -> None:
     parser.add_argument("table", type=Path)
     parser.add_argument("figures", type=Path, nargs=2)
     given = parser.parse_args()
-    model = identifiable(read_model(given.settings["scara"]["model"]))
+    scara = given.settings["scara"]
+    model = identifiable(read_model(scara["model"]), scara["motion"]["rate"])
     own, other = (Problem(model, (read_log(path, model.log, model.joints, need_torque=True),)) for path in given.logs)
     thetas = {method: estimate(own, method).theta for method in ("wls", "poly")}
     rows = [

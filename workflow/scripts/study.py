@@ -12,6 +12,7 @@ from chebid.errors import ChebidError
 from chebid.estimators import Estimate, Problem, estimate
 from chebid.excite import excite
 from chebid.log import Log, LogSpec, Record
+from chebid.log.average import at_instants
 from chebid.model import Model, per_joint
 from chebid.results import fitted_values
 from chebid.simulate import Options, Reference, Simulated, simulate_batch
@@ -59,15 +60,19 @@ def reference(table: pd.DataFrame, joints: int) -> Reference:
 
 
 def records(model: Model, motion: Reference, seeds: Sequence[int], **options: Any) -> Iterator[Log]:
-    """One closed-loop log of the model for each noise seed, as if it had been read from a file."""
+    """One closed-loop log of the model for each noise seed, as if it had been read from a file.
+
+    Torques that are logged as means over the log's interval are read as such (`log: torque_average`).
+    """
     for seed in seeds:
-        (made,) = simulate_batch(model, fitted_values(model), motion, [seed], options=Options(**options))
-        yield as_log(made, model, f"seed {seed}")
+        chosen = Options(**options)
+        (made,) = simulate_batch(model, fitted_values(model), motion, [seed], options=chosen)
+        yield as_log(made, model, f"seed {seed}", float(made.t[1]) if chosen.torque_log == "average" else 0.0)
 
 
-def as_log(made: Simulated, model: Model, name: str) -> Log:
-    rows = np.arange(len(made.t)) + 2
-    return Log(Path(name), "", model.joints, (Record(made.t, made.q, made.tau, made.reference, rows),), ())
+def as_log(made: Simulated, model: Model, name: str, average: float = 0.0) -> Log:
+    rows, tau = np.arange(len(made.t)) + 2, at_instants(made.t, made.tau, average)
+    return Log(Path(name), "", model.joints, (Record(made.t, made.q, tau, made.reference, rows),), ())
 
 
 def with_prior(model: Model, spread: float, seed: int) -> Model:
@@ -93,7 +98,9 @@ def estimates(problem: Problem, methods: Sequence[str]) -> Iterator[tuple[str, E
         yield method, found, time.perf_counter() - start
 
 
-def identifiable(model: Model) -> Model:
-    """The model of a simulated log: its columns and units are those of chebid; the reference is logged too."""
+def identifiable(model: Model, rate: float) -> Model:
+    """The model of a simulated log at `rate` Hz: its columns and units are those of chebid, its torques means over an
+    interval; the reference is logged too.
+    """
     columns = tuple(f"r{j + 1}" for j in range(len(model.joints)))
-    return model.model_copy(update={"log": LogSpec(reference=columns)})
+    return model.model_copy(update={"log": LogSpec(reference=columns, torque_average=1 / rate)})

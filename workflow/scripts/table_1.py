@@ -51,7 +51,7 @@ HEADS = {
 def table(settings: dict, record: Path) -> pd.DataFrame:
     """One row per parameter and method."""
     truth = read_model(settings["model"])
-    model = identifiable(with_prior(truth, settings["prior"], settings["seed"]))
+    model = identifiable(with_prior(truth, settings["prior"], settings["seed"]), settings["motion"]["rate"])
     problem = Problem(model, (read_log(record, model.log, model.joints, need_torque=True),))
     true = dict(zip((p.name for p in problem.dynamics.parameters), fitted_values(truth), strict=True))
     rows = []
