@@ -93,8 +93,11 @@ def test_the_studies_are_parts_of_each_other(script) -> None:
     hiding = script("hiding")
     whole, small, tiny = (hiding.cases(settings(*names)) for names in (["study"], [], ["quick"]))
     assert len(whole) == len(set(whole)) == 23 * 3 * 4 + 60
-    assert (len(small), len(tiny)) == (24, 4)
-    assert set(small) <= set(whole)
+    assert (len(small), len(tiny)) == (24, 3)
+    assert set(small) | set(tiny) <= set(whole)
+    assert len({motion for case in tiny for motion in hiding.motions_of(case, settings("quick"))}) == 2  # soon found
+    shared = ("model", "given", "rate", "motion", "motions", "pool", "noises")
+    assert all(settings(name)[key] == settings()[key] for name in ("study", "quick") for key in shared)
     assert set(settings("study")["effects"]) == set(hiding.DRAWS) <= set(LIBRARY)
     for part in (2, 3):  # kinds of motion, and of noise
         counts = Counter(case.split("-")[part] for case in whole)
