@@ -87,7 +87,6 @@ DRAWS: dict[str, Draw] = {
     "external_push": _signed(t0=(6, 14), width=(0.5, 2)),
     "torque_delay": _plain(),
     "torque_gain": _signed(),
-    "saturation": lambda random: ({"limit": 1.0}, []),
 }
 WHOLE_ARM = ("payload", "base_tilt", "torque_delay")
 ON_LAST = ("rotor_inertia", "torque_gain")  # of the first joint it is part of the inertia, of the whole arm
@@ -143,9 +142,6 @@ def _hide(effect: str, size: float, content: dict[str, Any], random: Random, mot
         grown = copy.deepcopy(content)
         told, direction = _entry(effect, grown["joints"], random)
         grown["effects"].append(told)
-        if effect == "saturation":
-            _clip(told, size, grown, motion, out)
-            return _truth(told, {}, size)
         names = _grow(grown, direction, out)
         unit = strength(out, motion, shows=_SHOWS)
         if unit is not None:
@@ -189,18 +185,6 @@ def _grow(content: dict[str, Any], direction: list[float], out: Path) -> list[st
     return list(added)
 
 
-def _clip(entry: dict[str, Any], size: float, content: dict[str, Any], motion: Path, out: Path) -> None:
-    """The limit of the drive at which the strength is `size`, by bisection."""
-    _write(content, out)
-    low, high = 0.0, 200.0
-    for _ in range(40):
-        entry["limit"] = (low + high) / 2
-        _write(content, out)
-        low, high = (entry["limit"], high) if (strength(out, motion) or 0.0) > size else (low, entry["limit"])
-    entry["limit"] = float(f"{high:.4g}")
-    _write(content, out)
-
-
 def strength(path: Path, motion: Path, shows: float = 0.0) -> float | None:
     """rms torque that rigid links, viscous and Coulomb friction cannot explain, over the torque noise.
 
@@ -215,12 +199,7 @@ def strength(path: Path, motion: Path, shows: float = 0.0) -> float | None:
     dq = reference.dq
     theta = fitted_values(model)
     known = np.array([dynamics.named(theta)[p.name] for p in base.parameters])
-    first = base.torque(along, known)
-    extra = dynamics.torque(along, theta) - first
-    limits = [getattr(effect, "limit", math.inf) for effect in dynamics.effects if effect.name == "saturation"]
-    for effect in dynamics.effects:
-        if effect.name == "saturation":
-            extra[:, effect.joint] = np.clip(first[:, effect.joint], -limits[0], limits[0]) - first[:, effect.joint]
+    extra = dynamics.torque(along, theta) - base.torque(along, known)
     noise = np.array(per_joint(model.sensors.torque_noise, len(model.joints)))
     moving = np.abs(dq) > _RESOLUTION
     columns = base.regressor(along)[moving] / np.broadcast_to(noise, dq.shape)[moving][:, None]
