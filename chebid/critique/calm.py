@@ -1,8 +1,9 @@
 """Does a finding withstand what a drive does at reversals?
 
-A joint that dry friction held jerks as its drive winds up, faster than a projection of its positions passes. What then
-looks like an effect is none. Findings are judged once more beside torques that fade after every reversal; friction that
-lives there itself (presliding, Stribeck and its kin) is excepted: the motion tells it by its speed and distance.
+A joint that dry friction held jerks as its drive winds up, faster than a projection of its positions passes, and the
+others feel it. What then looks like an effect is none. Findings are judged once more beside accelerations that fade
+after every reversal; friction that lives there itself (presliding, Stribeck and its kin) is excepted: the motion tells
+it by its speed and distance. So is a delay, which acts at reversals most of all.
 """
 
 from dataclasses import replace
@@ -17,7 +18,7 @@ from chebid.critique.verdict import MARGIN, believed
 from chebid.effects.channel import TorqueDelay
 
 _APART = 0.5  # of the worth of one delay for all joints, by which one delay for each would have to be better
-_THERE = frozenset({"presliding", "stribeck", "viscous_power", "viscous_quadratic"})
+_THERE = frozenset({TorqueDelay.name, "presliding", "stribeck", "viscous_power", "viscous_quadratic"})
 
 
 def withstood(one: Found, evidence: Evidence, calm: Evidence, threshold: float) -> Found:

@@ -5,7 +5,7 @@ the accelerations. Rows are divided by the deviation of the noise at their joint
 the columns of the model, so that the gain of a candidate is the squared length of the residual along its columns.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -136,16 +136,16 @@ class Evidence:
 
     @cached_property
     def _jerk(self) -> Array:
-        """Whitened columns (R, 3 J): torques that fade after every reversal of their joint."""
+        """Whitened columns (R, 3 J): torque of accelerations that fade after every reversal of a joint."""
         columns = []
         for motion in self.motions:
-            part = np.zeros((*motion.q.shape, len(_FADES) * motion.q.shape[1]))
-            for j in range(motion.q.shape[1]):
+            count = motion.q.shape[1]
+            parts = []
+            for j in range(count):
                 since, sign = time_since_reversal(motion, j), np.sign(motion.dq[:, j])
-                part[:, j, len(_FADES) * j : len(_FADES) * (j + 1)] = np.column_stack(
-                    [sign * np.exp(-since / fade) for fade in _FADES]
-                )
-            columns.append(part)
+                own = np.arange(count) == j
+                parts += [np.where(own, (sign * np.exp(-since / fade))[:, None], 0.0) for fade in _FADES]
+            columns.append(np.stack([self._inertial(motion, part) for part in parts], axis=2))
         return self.project(columns)
 
     @cached_property
@@ -248,29 +248,41 @@ class Evidence:
     def worth(self, basis: Array) -> float:
         """ln of how much likelier the logs are with the columns of a basis (R, m), at their best values.
 
-        The deviation of every joint is fitted too: what no model explains is no noise of known size.
+        The noise of every joint and band of frequency is fitted too: what no model explains is no noise of known size.
         """
         before, after = self._energies(basis)
-        count = np.bincount(self.rows.joint, minlength=self.rows.joints)
+        count = np.bincount(self._band)
         known = (before[-1] - after[-1]) / 2
-        for j in range(self.rows.joints):
-            if min(before[j], after[j]) > 0:
-                known += count[j] / 2 * float(np.log(before[j] / after[j]))
-        return known
+        there = (before[:-1] > 0) & (after[:-1] > 0)
+        return float(known + np.sum(count[there] / 2 * np.log(before[:-1][there] / after[:-1][there])))
 
     def share(self, basis: Array) -> float:
         """Largest share, over the joints, of the squared residual that the columns of a basis (R, m) take away."""
         before, after = self._energies(basis)
-        there = before[:-1] > 0
-        return float(np.max(1 - after[:-1][there] / before[:-1][there], initial=0.0))
+        first, last = (np.bincount(self._owner, energy[:-1]) for energy in (before, after))
+        there = first > 0
+        return float(np.max(1 - last[there] / first[there], initial=0.0))
 
     def _energies(self, basis: Array) -> tuple[Array, Array]:
-        """Squared residual (J + 1,) by joint without and with the columns; the last of what is known beforehand."""
+        """Squared residual by joint and band without and with the columns; the last of what is known beforehand."""
         before = self.residual
         after = before - basis @ (basis.T @ before)
-        joint = np.concatenate([self.rows.joint, np.full(len(before) - len(self.rows.joint), self.rows.joints)])
-        count = self.rows.joints + 1
-        return np.asarray(np.bincount(joint, before**2, count)), np.asarray(np.bincount(joint, after**2, count))
+        count = int(self._band.max()) + 2
+        label = np.concatenate([self._band, np.full(len(before) - len(self._band), count - 1)])
+        return np.asarray(np.bincount(label, before**2, count)), np.asarray(np.bincount(label, after**2, count))
+
+    @cached_property
+    def _band(self) -> NDArray[np.int64]:
+        """Number (R0,) of the joint and band of frequency of each row."""
+        out = np.zeros(len(self.rows.Y), dtype=np.int64)
+        for number, (_, part) in enumerate(bands(self.rows)):
+            out[part] = number
+        return out
+
+    @cached_property
+    def _owner(self) -> NDArray[np.int64]:
+        """Joint of every band."""
+        return np.array([joint for joint, _ in bands(self.rows)], dtype=np.int64)
 
     def judge(self, effect: Effect) -> Judged:
         """A candidate on these rows."""
@@ -336,15 +348,24 @@ def _below(projection: Projection, t: Array) -> Array:
     return project(projection.t, projection.x, plan, projection.name).at(t, 2)
 
 
-def noise_profile(rows: Rows, residual: Array, taken: float = 0.0) -> Array:
-    """Deviation (R,) of the noise of each row, from a residual (R,): by joint and band of frequency, smoothed."""
-    out = np.empty(len(residual))
+def bands(rows: Rows) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """Joints, each in bands of frequency of as many rows: (joint, indices)."""
     for j in range(rows.joints):
         mine = np.flatnonzero(rows.joint == j)
         order = mine[np.argsort(rows.frequency[mine], kind="stable")]
-        parts = np.array_split(order, min(_BANDS, max(1, len(order) // 24)))
+        for part in np.array_split(order, min(_BANDS, max(1, len(order) // 24))):
+            yield j, part
+
+
+def noise_profile(rows: Rows, residual: Array) -> Array:
+    """Deviation (R,) of the noise of each row, from a residual (R,): by joint and band of frequency, smoothed."""
+    out = np.empty(len(residual))
+    parts = list(bands(rows))
+    for j in range(rows.joints):
+        mine = np.flatnonzero(rows.joint == j)
+        own = [part for joint, part in parts if joint == j]
         # the median of squares: a few rows with a missing effect in them do not make the noise
-        level = np.sqrt([np.median(residual[part] ** 2) / 0.455 for part in parts])
-        centre = [float(np.mean(rows.frequency[part])) for part in parts]
+        level = np.sqrt([np.median(residual[part] ** 2) / 0.455 for part in own])
+        centre = [float(np.mean(rows.frequency[part])) for part in own]
         out[mine] = np.interp(rows.frequency[mine], centre, np.maximum(level, 1e-9 * np.max(level) + 1e-300))
     return out

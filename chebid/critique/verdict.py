@@ -15,6 +15,7 @@ Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _SIMULATED = 2.0  # times the margin for what was found by simulating: accelerations at the band's edge tell it
+_MOSTLY = 0.5  # stability of what was found by simulating, to be believed at all
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 _ALIKE = 3.0  # times farther for effects that are known to look alike
@@ -45,8 +46,11 @@ class Verdict:
 
 def believed(one: Found) -> bool:
     """Whether a candidate is more than chance, large enough to matter, and not refuted."""
-    needed = MARGIN if one.effect.linear else _SIMULATED * MARGIN
-    return not one.refuted and min(one.score, one.total) > needed and one.share > _MATTERS
+    if one.refuted:
+        return False
+    if not one.effect.linear:
+        return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY
+    return min(one.score, one.total) > MARGIN and one.share > _MATTERS
 
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:

@@ -8,6 +8,7 @@ from chebid.effects import Units
 from chebid.report.tables import console, number, percent, show_estimates, table
 
 _TOLD = 5
+_WORTH_TELLING = 3.0  # score
 
 
 def show_diagnosis(d: Diagnosis) -> None:
@@ -87,7 +88,7 @@ def _depends(d: Diagnosis) -> tuple[Sequence[str], list[Sequence[str]]]:
 
 def _candidates(found: Sequence[Found], d: Diagnosis) -> tuple[Sequence[str], list[Sequence[str]]]:
     joints = d.evidence.dynamics.joints
-    told = [one for one in found if one.score > 0][:_TOLD]
+    told = [one for one in found if one.score > _WORTH_TELLING][:_TOLD]
     heads = ["effect", "score", "stability", "ratio after", "parameters"]
     if d.holdout_ratio:
         heads[2:2] = ["hold-out"]
@@ -137,6 +138,10 @@ def show_refinement(refinement: Refinement) -> None:
     out.print(f"VERDICT     {message(last)}", soft_wrap=True)
 
 
+def _short(value: object) -> str:
+    return number(value, 4) if isinstance(value, float) else str(value)
+
+
 def show_addition(done: Addition) -> None:
     """Error before and after, and the parameters of the new fit."""
     heads = ["joint", "relative before", "after", "ratio before", "after"]
@@ -159,6 +164,6 @@ def show_addition(done: Addition) -> None:
     out.print(f"added {', '.join(done.effects)}")
     out.print(table(None, heads, rows))
     for name, values in done.problem.dynamics.hyperparameters().items():
-        out.print(f"{name}: " + ", ".join(f"{key} = {value}" for key, value in values.items()))
+        out.print(f"{name}: " + ", ".join(f"{key} = {_short(value)}" for key, value in values.items()))
     out.print()
     show_estimates([done.after])
