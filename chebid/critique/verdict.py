@@ -9,12 +9,13 @@ import numpy as np
 from chebid.critique.depends import Dependence
 from chebid.critique.evidence import Evidence
 from chebid.critique.found import Found
+from chebid.effects.friction import Presliding
 
 Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
-_SIMULATED = 2.0  # times the margin for what was found by simulating: accelerations at the band's edge tell it
+_SIMULATED = 2.0  # times the margin, for what accelerations near the band's edge or jerks at reversals can imitate
 _MOSTLY = 0.5  # stability of what was found by simulating, to be believed at all
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
@@ -50,7 +51,8 @@ def believed(one: Found) -> bool:
         return False
     if not one.effect.linear:
         return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY
-    return min(one.score, one.total) > MARGIN and one.share > _MATTERS
+    needed = MARGIN * (_SIMULATED if isinstance(one.effect, Presliding) else 1.0)
+    return min(one.score, one.total) > needed and one.share > _MATTERS
 
 
 def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
