@@ -86,7 +86,7 @@ def judge_verdict(
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)
     if best is None:
-        nearest = [one for one in found if one.score > MARGIN]
+        nearest = [one for one in found if one.score > MARGIN] if on else []
         return Verdict("unknown" if on else "nothing_missing", True, None, tuple(nearest[:_MOST]), on, smallest)
     if on is not None and _short(max(best.score, pair), on.score):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
