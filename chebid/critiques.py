@@ -1,5 +1,6 @@
 """From model files and logs to a diagnosis, an addition, a refinement, and to what a user keeps of them."""
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +107,9 @@ class Addition:
 
 def add_effects(model: Model, asked: Sequence[str], paths: Sequence[Path], holdout: Sequence[Path]) -> Addition:
     """Add effects (`name` or `name:joint`) to a model and fit it on logs, by the method of its fit or `poly`."""
+    twice = next((name for i, name in enumerate(asked) if name in asked[:i]), None)
+    if twice:
+        raise UsageError(f"{twice} is given twice", hint="once is enough")
     kinds = [_asked(name, model) for name in asked]
     logs, beside = _read(model, paths), _read(model, holdout)
     _refuse_seen(beside, {log.sha256 for log in logs})
@@ -144,7 +148,9 @@ def _asked(name: str, model: Model) -> list[tuple[type[Effect], int | None]]:
     word, _, joint = name.partition(":")
     kinds, _ = candidate_kinds()
     if word not in kinds:
-        raise UsageError(f"unknown effect {word!r}", hint=f"choose one of: {', '.join(sorted(kinds))}")
+        near = difflib.get_close_matches(word.lower(), kinds, 1)
+        hint = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(kinds))}"
+        raise UsageError(f"unknown effect {word!r}", hint=hint)
     kind = kinds[word]
     if kind.whole_arm:
         if joint:

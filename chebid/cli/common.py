@@ -4,6 +4,7 @@ import gzip
 import json
 import math
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -75,6 +76,11 @@ def warn(notices: Iterable[Notice]) -> None:
         return
     for text in dict.fromkeys(str(notice) for notice in notices):
         sys.stderr.write(f"warning: {text}\n")
+
+
+def quoted(path: Path) -> str:
+    """A path as it must be typed."""
+    return shlex.quote(str(path))
 
 
 def say(text: str) -> None:

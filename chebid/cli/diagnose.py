@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, LogPaths, Plot, Seed, check_files, emit_json, save_figure, say, warn
+from chebid.cli.common import Force, Json, LogPaths, Plot, Seed, check_files, emit_json, quoted, save_figure, say, warn
 
 if TYPE_CHECKING:
     from chebid.critique import Diagnosis
@@ -50,23 +50,32 @@ def diagnose(
     from chebid.report.diagnosis import show_diagnosis
 
     show_diagnosis(found)
-    _say_next(found, model, log)
+    _say_next(found, model, log, holdout or [])
 
 
-def _say_next(found: "Diagnosis", model: Path, logs: list[Path]) -> None:
+def _say_next(found: "Diagnosis", model: Path, logs: list[Path], holdout: list[Path]) -> None:
     """The command to type."""
     from chebid.critique import label
 
     joints = found.evidence.dynamics.joints
-    verdict, given = found.verdict, " ".join(map(str, logs))
+    verdict, given = found.verdict, " ".join(quoted(path) for path in logs)
     if verdict.status == "missing" and verdict.best is not None:
         name = label(verdict.best.effect, joints)
         if verdict.changed:
-            typer.echo(f"next        chebid identify {given} --model {model} -o {model.stem}_now.yaml")
+            typer.echo(
+                f"next        chebid identify {given} --model {quoted(model)} -o {quoted(_beside(model, 'now'))}"
+            )
             return
         rivals = " ".join(label(one.effect, joints) for one in verdict.alternatives)
         if rivals:
-            typer.echo(f"separate    chebid excite {model} --separate {name} {rivals} -o separate.csv")
-        typer.echo(f"next        chebid add {model} {name} {given} -o {model.stem}_{verdict.best.effect.name}.yaml")
-    elif verdict.status == "nothing_missing":
-        say(f"next: chebid compare {model} LOG, on a log of another motion")
+            first = "" if found.problem.model.limits else f"write limits: into {model}, then "
+            typer.echo(f"separate    {first}chebid excite {quoted(model)} --separate {name} {rivals} -o separate.csv")
+        more = "".join(f" --holdout {quoted(path)}" for path in holdout)
+        new = quoted(_beside(model, verdict.best.effect.name))
+        typer.echo(f"next        chebid add {quoted(model)} {name} {given}{more} -o {new}")
+    elif verdict.status == "nothing_missing" and found.problem.model.fit is not None:
+        say(f"next: chebid compare {quoted(model)} {quoted(holdout[0]) if holdout else 'LOG, of another motion'}")
+
+
+def _beside(model: Path, word: str) -> Path:
+    return Path(f"{model.stem}_{word}.yaml")

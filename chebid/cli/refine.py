@@ -5,7 +5,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, LogPaths, Out, Plot, Seed, check_files, emit_json, save_figure, say, warn
+from chebid.cli.common import (
+    Force,
+    Json,
+    LogPaths,
+    Out,
+    Plot,
+    Seed,
+    check_files,
+    emit_json,
+    quoted,
+    save_figure,
+    say,
+    warn,
+)
 from chebid.cli.diagnose import HoldoutLogs
 
 if TYPE_CHECKING:
@@ -50,7 +63,8 @@ def refine(
 
     show_refinement(done)
     if out:
-        say(f"wrote {out}; next: chebid compare {model} {out} LOG --plot errors.png")
+        seen = quoted((holdout or log)[0])
+        say(f"wrote {out}; next: chebid compare {quoted(out)} {seen} --plot errors.png")
 
 
 def _tell(step: "Step") -> None:

@@ -11,7 +11,7 @@ from chebid.critique.candidates import penalty, rank
 from chebid.critique.depends import Dependence, dependences
 from chebid.critique.evidence import Evidence, Ground, Held
 from chebid.critique.found import Found, Side, Sides, compare
-from chebid.critique.verdict import MARGIN, Verdict, believed, is_telling, judge_verdict, outdone
+from chebid.critique.verdict import MARGIN, Verdict, believed, doubted, is_telling, judge_verdict, outdone
 from chebid.critique.where import Cell, where
 from chebid.effects import Effect
 from chebid.errors import Notice
@@ -83,6 +83,7 @@ def examine(
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
     verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, bad)
+    verdict = doubted(verdict, {joint: r.ratio for joint, r in residual.items()})
     if verdict.best is not None:
         found = [verdict.best, *(one for one in found if one is not verdict.best)]
     if case.held is not None and verdict.best is not None:

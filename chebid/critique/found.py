@@ -11,11 +11,13 @@ from chebid.critique.evidence import Evidence
 from chebid.critique.holdout import Holdout
 from chebid.critique.stability import stability
 from chebid.effects import Effect
+from chebid.effects.load import Payload
 from chebid.equations import Rows, project_columns
 from chebid.estimators.problem import Problem
 from chebid.robots import Parameter
 
 _COMPARED = 8  # candidates of which more than the score is computed
+_GAINS = ("dZZ", "dJ", "dM")  # what a load adds to
 _SURE = 2.0  # deviations below zero
 _TRUST = 2.0  # times the score: more than that a hold-out does not count for an effect
 _WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further is refuted
@@ -124,6 +126,8 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
     theta, sd, parameters = fit_with(evidence, one.effect)
     if not sides.held:
         one = replace(one, refuted=_turns_negative(evidence, theta + _SURE * sd))
+    if isinstance(one.effect, Payload):
+        one = replace(one, refuted=one.refuted or _weighs_less(parameters))
     rows = sides.fitted.problem.rows
     X = np.hstack([rows.W, sides.fitted.columns(one.effect, sides.theta)])
     if not sides.held:
@@ -153,6 +157,11 @@ def _worse(before: dict[str, float | None], after: dict[str, float | None]) -> b
     """Whether the error of a joint on the hold-out grew."""
     pairs = ((value, after[joint]) for joint, value in before.items())
     return any(b is not None and a is not None and a > _WORSE * b for b, a in pairs)
+
+
+def _weighs_less(parameters: Sequence[Fitted]) -> bool:
+    """Whether a load would take inertia or mass away (a load that was taken off is a change of the robot's own)."""
+    return any(p.parameter.name.startswith(_GAINS) and p.sd is not None and p.value < -_SURE * p.sd for p in parameters)
 
 
 def _turns_negative(evidence: Evidence, theta: Array) -> bool:

@@ -16,7 +16,7 @@ from chebid.critique.evidence import Evidence, Ground
 from chebid.critique.kinds import Clipped
 from chebid.critique.verdict import MARGIN, Verdict
 from chebid.effects import Effect, specify
-from chebid.errors import NoAnswerError
+from chebid.errors import InputError, NoAnswerError
 from chebid.estimators import Estimate, JointResidual, estimate
 from chebid.estimators.problem import Problem
 from chebid.model import EffectSpec, Model
@@ -144,7 +144,7 @@ def refine(
             break
         try:
             step = ladder.step(revised, new if new in revised else revised[-1])
-        except NoAnswerError:
+        except (NoAnswerError, InputError):
             break  # it explains the logs, but they cannot give its parameters beside all others
         effects, dropped = revised, dropped + gone
         steps.append(step)

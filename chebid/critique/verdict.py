@@ -1,7 +1,7 @@
 """The verdict: what is missing and how surely, which rivals remain, or that nothing is missing, or nothing known."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -10,13 +10,14 @@ from chebid.critique.depends import Dependence
 from chebid.critique.evidence import Evidence
 from chebid.critique.found import Found
 from chebid.effects.friction import Presliding
+from chebid.effects.transmission import Backlash
 
 Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _SIMULATED = 2.0  # times the margin, for what accelerations near the band's edge or jerks at reversals can imitate
-_MOSTLY = 0.5  # stability of what was found by simulating, to be believed at all
+_MOSTLY = 0.75  # stability of what was found by simulating, to be believed at all
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 _ALIKE = 3.0  # times farther for effects that are known to look alike
@@ -25,6 +26,8 @@ _FIRM = 0.9  # stability of a sure verdict
 _UNLIKE = 0.35  # of the score by which free functions of one variable outdo the best effect: it is not that effect
 _FREE = 15.0  # and at least this
 _MOST = 3  # alternatives
+_HIGH, _LARGE = 1.5, 2.0  # error over noise floor: from which on silence is not sure; that wants an explanation
+_NEARLY, _MUCH, _GROWN = 0.95, 0.85, 1.3  # of the error before: nearly all of it, much of it, a joint made worse
 # just after a reversal the joint jerks as its drive winds up against dry friction, faster than any projection passes
 _SERVO = frozenset({"distance since reversal"})
 
@@ -50,7 +53,8 @@ def believed(one: Found) -> bool:
     if one.refuted:
         return False
     if not one.effect.linear:
-        return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY
+        gap = isinstance(one.effect, Backlash)  # its impacts ring beyond what is judged: their share says nothing
+        return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY and (gap or one.share > _MATTERS)
     needed = MARGIN * (_SIMULATED if isinstance(one.effect, Presliding) else 1.0)
     return min(one.score, one.total) > needed and one.share > _MATTERS
 
@@ -93,6 +97,27 @@ def judge_verdict(
     rivals = [other for other in found if other is not best and _is_rival(best, other)]
     sure = not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
     return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
+
+
+def doubted(verdict: Verdict, before: Mapping[str, float | None]) -> Verdict:
+    """The verdict in the light of the errors over the noise floor that there were, by joint.
+
+    A best effect that leaves nearly all of a large error is not what is missing; one that leaves much of it, or makes
+    another joint worse, is not sure; nor is silence beside an error well above the floor.
+    """
+    if verdict.status == "nothing_missing":
+        return replace(verdict, sure=all(ratio is None or ratio < _HIGH for ratio in before.values()))
+    if verdict.status != "missing" or verdict.best is None or not verdict.best.ratio_after:
+        return verdict
+    after = verdict.best.ratio_after
+    pairs = [(b, a) for joint, b in before.items() if b is not None and (a := after[joint]) is not None]
+    if any(b > _LARGE for b, _ in pairs) and all(a > _NEARLY * b for b, a in pairs):
+        return replace(
+            verdict, status="unknown", sure=False, best=None, alternatives=(verdict.best, *verdict.alternatives)[:_MOST]
+        )
+    worse = any(a > max(_LARGE, _GROWN * b) for b, a in pairs)
+    idle = all(a > _MUCH * b for b, a in pairs) and any(a > _LARGE for _, a in pairs)
+    return replace(verdict, sure=verdict.sure and not worse and not idle)
 
 
 def _is_rival(best: Found, other: Found) -> bool:

@@ -35,7 +35,9 @@ def _missing(d: Diagnosis) -> list[str]:
 def _doubt(best: Found) -> str:
     if best.stability < 0.9:
         return f"it comes first in {100 * best.stability:.0f} % of the re-weighted logs"
-    return "it does not predict the hold-out better"
+    if best.holdout is not None and best.holdout < 0:
+        return "it does not predict the hold-out better"
+    return "much of the error stays"
 
 
 def _left(d: Diagnosis, best: Found) -> str:
@@ -50,16 +52,19 @@ def _left(d: Diagnosis, best: Found) -> str:
 
 
 def _unknown(d: Diagnosis) -> list[str]:
-    on = d.verdict.depends
-    assert on is not None, "unknown, but seen"
-    joint = d.evidence.dynamics.joints[on.joint]
-    out = [
-        f"something is missing on {joint} that no known effect explains; the error depends on {on.variable}.",
-        "Try a formula of your own over that variable (model file, effects: formula).",
-    ]
+    joints, on = d.evidence.dynamics.joints, d.verdict.depends
+    if on is None:
+        worst = max(d.residual, key=lambda joint: d.residual[joint].ratio or 0.0)
+        out = [f"something is missing on {worst} that no known effect explains, and that no single variable tells."]
+    else:
+        out = [
+            f"something is missing on {joints[on.joint]} that no known effect explains; the error depends on "
+            f"{on.variable}.",
+            "Try a formula of your own over that variable (model file: effects: - {effect: NAME, joint: "
+            f'{joints[on.joint]}, formula: "..."}}).',
+        ]
     if d.verdict.alternatives:
-        nearest = label(d.verdict.alternatives[0].effect, d.evidence.dynamics.joints)
-        out.append(f"The nearest known effect is {nearest}.")
+        out.append(f"The nearest known effect is {label(d.verdict.alternatives[0].effect, joints)}.")
     return out
 
 
@@ -69,8 +74,21 @@ def _nothing(d: Diagnosis) -> list[str]:
         f"{value:.2g} {Units(turns).torque.replace('.', '·')} rms on {joint}"
         for (joint, value), turns in zip(d.verdict.smallest.items(), rotary, strict=True)
     ]
+    high = [f"{joint} ({r.ratio:.1f} times)" for joint, r in d.residual.items() if r.ratio and r.ratio >= 1.5]
+    if high:
+        return [
+            "no effect of the library is missing that these logs can show;",
+            f"but the error is well above the noise floor on {', '.join(high)}: coloured noise, or something unknown.",
+            "A motion that repeats gives a floor that assumes nothing.",
+        ]
     return ["nothing is missing that these logs can show.", f"An effect of {', '.join(parts)} would have been seen."]
 
 
 def _bad(d: Diagnosis) -> list[str]:
-    return ["the log cannot be trusted, or is not of this robot: see the warnings under DATA, and mend them first."]
+    if d.notices:
+        return ["the log cannot be trusted, or is not of this robot: see the warnings under DATA, and mend them first."]
+    worst = max(r.relative for r in d.residual.values())
+    return [
+        f"the model explains next to nothing of this log (relative error {100 * worst:.0f} %): "
+        "another robot, exchanged columns, a wrong sign or unit?"
+    ]

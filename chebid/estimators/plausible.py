@@ -18,7 +18,8 @@ def implausible(problem: Problem, found: Solution) -> list[Notice]:
     dynamics = problem.dynamics
     positive = set(dynamics.robot.positive)
     for effect in dynamics.bound:
-        positive |= {name for name in dynamics.names(effect) if any(name.startswith(s) for s in effect.positive)}
+        names = zip(effect.symbols, dynamics.names(effect), strict=False)
+        positive |= {name for symbol, name in names if symbol in effect.positive}
     out = []
     for i, p in enumerate(dynamics.parameters):
         value, sd = float(found.theta[i]), float(found.covariance[i, i]) ** 0.5
