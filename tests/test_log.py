@@ -380,3 +380,11 @@ def test_nothing_is_found_in_measured_logs(shared_data, robot, name, samples):
     assert record.uniform
     assert np.isfinite(record.q).all()
     assert np.isfinite(record.tau).all()
+
+
+def test_a_column_of_infinities_is_no_clock():
+    """Found by fuzzing: the difference of two infinities warns; comparing them does not."""
+    from chebid.log.choice import _grows
+
+    assert not _grows(np.array([np.inf, np.inf, np.inf]))
+    assert _grows(np.array([0.0, 1.0, np.inf]))

@@ -26,7 +26,9 @@ def compare(made: pd.DataFrame, reference: pd.DataFrame, absolute: float, relati
     """A sentence, and whether the tables agree."""
     if list(made.columns) != list(reference.columns):
         return f"columns {', '.join(made)} instead of {', '.join(reference)}", False
-    keys, values = list(made.columns[:2]), list(made.columns[2:])
+    words = [name for name in made.columns[2:] if not pd.api.types.is_numeric_dtype(made[name])]
+    keys = [*made.columns[:2], *words]
+    values = [name for name in made.columns if name not in keys]
     both = made.round({key: 6 for key in keys}).merge(
         reference.round({key: 6 for key in keys}), on=keys, suffixes=("", "_committed")
     )
