@@ -1,7 +1,7 @@
 """From model files and logs to a diagnosis, an addition, a refinement, and to what a user keeps of them."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from chebid.dynamics import make_dynamics
 from chebid.effects import Effect
 from chebid.errors import Notice, Place, UsageError
 from chebid.estimators import Estimate, Problem, estimate
-from chebid.log import Log, read_log
+from chebid.log import Log, read_logs
 from chebid.model import Model
 from chebid.results import estimate_document, fitted_model, fitted_values, residual_document
 
@@ -36,7 +36,7 @@ def make_case(model: Model, paths: Sequence[Path], holdout: Sequence[Path]) -> C
     a hold-out that the model was fitted on.
     """
     logs, beside = _read(model, paths), _read(model, holdout)
-    fitted_on = _shas(model)
+    fitted_on = model.fit.seen if model.fit else frozenset()
     _refuse_seen(beside, fitted_on | {log.sha256 for log in logs})
     if model.fit is None:
         problem = Problem(model, tuple(logs))
@@ -54,28 +54,14 @@ def _beside(problem: Problem, logs: list[Log]) -> Problem | None:
     """The hold-out logs, treated like the others."""
     if not logs:
         return None
-    treated = {"velocity_gate": dict(zip(problem.model.joints, map(float, problem.gate), strict=True))}
-    return Problem(problem.model, tuple(logs), used=problem.used or treated)
+    return Problem(problem.model, tuple(logs), used=problem.treatment)
 
 
 def _read(model: Model, paths: Sequence[Path]) -> list[Log]:
-    logs: list[Log] = []
-    for path in paths:
-        log = read_log(path, model.log, model.joints, need_torque=True)
-        twin = next((other for other in logs if other.sha256 == log.sha256), None)
-        if twin is not None:
-            hint = "give it once: twice the same data are no more data"
-            raise UsageError(f"is the same log as {twin.path}", hint=hint, place=Place(str(path)))
-        logs.append(log)
-    return logs
+    return read_logs(paths, model.log, model.joints)
 
 
-def _shas(model: Model) -> set[str]:
-    record = model.fit.record.model_dump() if model.fit else {}
-    return {str(log.get("sha256")) for log in record.get("logs") or [] if isinstance(log, dict)}
-
-
-def _refuse_seen(logs: list[Log], seen: set[str]) -> None:
+def _refuse_seen(logs: list[Log], seen: Set[str]) -> None:
     for log in logs:
         if log.sha256 in seen:
             hint = "hold out a log of another motion"

@@ -5,11 +5,9 @@ from typing import Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, save_figure, say, warn
+from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, quoted, save_figure, say, warn
 from chebid.cli.diagnose import HoldoutLogs
 from chebid.errors import UsageError
-
-_LOGS = (".csv", ".tsv", ".gz", ".parquet", ".mat", ".npz", ".h5", ".hdf5", ".txt", ".bag", ".mcap", ".db3")
 
 
 def add(
@@ -59,8 +57,10 @@ def add(
 
     show_addition(done)
     if out:
-        say(f"wrote {out}; next: chebid diagnose {out} {' '.join(map(str, logs))}")
+        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {' '.join(map(quoted, logs))}")
 
 
 def _is_log(name: str) -> bool:
-    return Path(name).suffix.lower() in _LOGS or Path(name).exists()
+    from chebid.formats import named_like_a_log
+
+    return named_like_a_log(Path(name)) or Path(name).exists()

@@ -18,7 +18,6 @@ from chebid.files import check_outputs, write_with
 if TYPE_CHECKING:
     import pandas as pd
 
-    from chebid.log import Log
     from chebid.model import Model
 
 LogPath = Annotated[
@@ -130,21 +129,6 @@ def save_figure(figure: Any, path: Path, force: bool) -> None:
     """Write a matplotlib figure as png, svg or pdf, by suffix; undated, so that the bytes repeat."""
     check_files((), None, path, force)
     write_with(path, lambda beside: figure.savefig(beside, format=path.suffix[1:].lower()), force=force)
-
-
-def read_logs(paths: Sequence[Path], model: "Model", *, need_torque: bool = True) -> "list[Log]":
-    """The logs of a model, each a set of records of its own. Raises UsageError for one that is given twice."""
-    from chebid.log import read_log
-
-    logs: list[Log] = []
-    for path in paths:
-        log = read_log(path, model.log, model.joints, need_torque=need_torque)
-        twin = next((other for other in logs if other.sha256 == log.sha256), None)
-        if twin is not None:
-            hint = "give it once: twice the same data are no more data"
-            raise UsageError(f"is the same log as {twin.path}", hint=hint, place=Place(str(path)))
-        logs.append(log)
-    return logs
 
 
 def with_processing(model: "Model", fit: str | None, degree: int | None, bandwidth: float | None) -> "Model":

@@ -202,6 +202,8 @@ def _document(found: "Excitation", joints: tuple[str, ...], out: Path) -> dict[s
 
 def _show_apart(apart: "Separated", joints: tuple[str, ...]) -> None:
     """Score differences, before and after, and what they rest on."""
+    from chebid.excite.separate import ENOUGH
+
     rows = [(" | ".join(pair.rivals), f"{pair.before:.3g}", f"{pair.after:.3g}") for pair in apart.pairs]
     was = "on the logs of the fit" if apart.before == "log" else "best random motion"
     table = [("rivals", was, "this motion"), *rows]
@@ -209,7 +211,7 @@ def _show_apart(apart: "Separated", joints: tuple[str, ...]) -> None:
     typer.echo("difference of scores between the truth and its best imitation, whichever of the two it is:")
     for name, before, after in table:
         typer.echo(f"{name:<{widths[0]}}  {before:>{widths[1]}}  {after:>{widths[2]}}")
-    typer.echo("from 24 on a diagnosis tells them apart; scores of several logs add up")
+    typer.echo(f"from {ENOUGH:g} on a diagnosis tells them apart; scores of several logs add up")
     for size in apart.sizes:
         typer.echo(f"assumed     {_described(size, joints)}")
     typer.echo(f"noise       {', '.join(f'{x:.3g}' for x in apart.noise.deviation)} ({apart.noise.source})")

@@ -17,7 +17,6 @@ from chebid.cli.common import (
     check_choice,
     check_files,
     emit_json,
-    read_logs,
     save_figure,
     warn,
     with_processing,
@@ -50,6 +49,7 @@ def identify(
     """
     from chebid.dynamics import make_dynamics
     from chebid.estimators import METHODS, Problem, estimate
+    from chebid.log import read_logs
     from chebid.model import read_model, settings_of, write_model
     from chebid.projection import FITS
     from chebid.report.tables import show_estimates
@@ -62,7 +62,7 @@ def identify(
     check_files((model, *log), out, plot, force, table=False)
     read = with_processing(read_model(model), fit, degree, bandwidth)
     make_dynamics(read)  # what is wrong with the robot or an effect is said before a long log is read
-    problem = Problem(read, tuple(read_logs(log, read)))
+    problem = Problem(read, tuple(read_logs(log, read.log, read.joints)))
     with settings_of(read):
         found = _all(problem) if method == "all" else [estimate(problem, method)]
     warn(notice for one in found for notice in one.notices)

@@ -13,7 +13,6 @@ from chebid.cli.common import (
     Plot,
     check_files,
     emit_json,
-    read_logs,
     save_figure,
     warn,
     write_table,
@@ -32,6 +31,7 @@ def predict(
 
     Columns t, tau1, tau2, ...
     """
+    from chebid.log import read_logs
     from chebid.model import read_model, settings_of
     from chebid.report.tables import predictions
     from chebid.results import fitted_values, predict_tracks
@@ -39,7 +39,7 @@ def predict(
     check_files((model, log), out, plot, force)
     read = read_model(model)
     theta = fitted_values(read)
-    (source,) = read_logs([log], read, need_torque=False)
+    (source,) = read_logs([log], read.log, read.joints, need_torque=False)
     with settings_of(read):
         tracks, torques = predict_tracks(read, source, theta)
     warn(source.notices)

@@ -55,7 +55,7 @@ class Ranking:
 def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool = False, seed: int = 0) -> Ranking:
     """Every effect of `kinds` on every joint; those that the model has only if `present` ones can have changed."""
     families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence, kinds, present)]
-    families += transmission.families(evidence)
+    families += transmission.families(evidence, kinds)
     families = [family for family in families if any(j.basis.shape[1] for j in family)]
     threshold = _threshold(evidence, families, seed)
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
@@ -66,12 +66,11 @@ def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool
 def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bool) -> Iterator[list[Effect]]:
     """Settings worth trying of every effect on every joint."""
     joints = range(len(evidence.dynamics.joints))
-    own = {(effect.name, effect.joint) for effect in evidence.dynamics.effects}
     for name, kind in kinds.items():
         if not kind.linear or (evidence.brief and kind is TorqueDelay):
             continue  # simulated; or a delay of logging, which is allowed for
         for joint in [None] if kind.whole_arm else joints:
-            if present or (name, joint) not in own:
+            if present or (name, joint) not in evidence.present:
                 settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
                 if settings:
                     yield list(settings)

@@ -114,7 +114,7 @@ def _with_another(evidence: Evidence, found: list[Found], kinds: Mapping[str, ty
 
 def _structural(effect: Effect, held: Evidence, threshold: float) -> bool:
     """Whether an effect is missing whatever the parameters are, and not only new since they were fitted."""
-    if any((own.name, own.joint) == (effect.name, effect.joint) for own in held.dynamics.effects):
+    if (effect.name, effect.joint) in held.present:
         return False
     free = Evidence(held.ground, held.dynamics)
     judged = free.judge(effect)

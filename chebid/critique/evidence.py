@@ -20,6 +20,7 @@ from chebid.effects import Effect, Motion
 from chebid.effects.channel import TorqueDelay
 from chebid.equations import Rows, measured_rows, moving
 from chebid.equations.functions import Functions, moving_functions
+from chebid.equations.span import orthonormal
 from chebid.estimators.problem import Problem
 from chebid.motion import Track, Used, make_track
 from chebid.projection import Projection, from_bandwidth, project
@@ -230,6 +231,24 @@ class Evidence:
             out.append(np.concatenate([part[j] for j in range(self.rows.joints) for part in made]))
         return np.concatenate(out) / self.deviation[:, None]
 
+    def error(self, theta: Array) -> list[Array]:
+        """The part (N, J) of the error of every track, under theta (P,), that lies within the band; N.m or N."""
+        out = []
+        for track, motion, functions in zip(self.ground.tracks, self.motions, self.ground.functions, strict=True):
+            raw = track.torque - self.dynamics.torque(motion, theta)
+            banded = np.zeros_like(raw)
+            for f in functions:
+                rows = f.rows(raw[f.piece][:, :, None])
+                for j, mix in enumerate(f.mix):
+                    banded[f.piece, j] = f.basis @ (mix.T @ rows[j][:, 0])
+            out.append(banded)
+        return out
+
+    @cached_property
+    def present(self) -> frozenset[tuple[str, int | None]]:
+        """Name and joint of the effects that the model has."""
+        return frozenset((effect.name, effect.joint) for effect in self.dynamics.effects)
+
     def columns(self, effect: Effect) -> Array:
         """Whitened rows (R, k) of an effect, per unit of each parameter."""
         made = self.project([self.dynamics.block(effect, motion) for motion in self.motions])
@@ -294,17 +313,10 @@ class Evidence:
 
     def _impossible(self, effect: Effect, rows: Array) -> bool:
         """Whether an effect with one parameter would need a sign that it cannot have in nature."""
-        if rows.shape[1] != 1 or set(effect.symbols) != set(effect.positive):
+        if rows.shape[1] != 1 or not effect.one_way:
             return False
-        known = any((own.name, own.joint) == (effect.name, effect.joint) for own in self.dynamics.effects)
+        known = (effect.name, effect.joint) in self.present
         return not known and float(rows[:, 0] @ self.residual) < 0
-
-
-def orthonormal(W: Array) -> Array:
-    """Orthonormal basis (R, K) of the columns that are there, and not made of those before."""
-    W = W[:, np.linalg.norm(W, axis=0) > 0]
-    q, r = np.linalg.qr(W / np.linalg.norm(W, axis=0))
-    return np.asarray(q[:, np.abs(np.diag(r)) > 1e-10])
 
 
 def _inverse_root(covariance: Array) -> Array:

@@ -8,8 +8,9 @@ of the hold-out, R rows, and its deviation fitted: -(R / 2) ln(RSS(A + B) - RSS(
 import numpy as np
 
 from chebid.basis import Array
-from chebid.critique.evidence import Evidence, orthonormal
+from chebid.critique.evidence import Evidence
 from chebid.effects import Effect
+from chebid.equations.span import orthonormal
 
 
 class Holdout:

@@ -10,7 +10,7 @@ moves. A spring: f = K delta + D delta'. A gap: the same, stiff, beyond +-gap/2,
 differs from the rigid one by f - tau, that of the others by -M_ij delta''.
 """
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,11 +45,11 @@ class Hang:
         return Hang(self.frequency[k : k + 1], self.gap[k : k + 1])
 
 
-def families(evidence: Evidence) -> Iterator[list[Judged]]:
-    """Springs and gaps of every joint, judged on the rows below the bandwidth of the positions."""
+def families(evidence: Evidence, kinds: Container[str]) -> Iterator[list[Judged]]:
+    """Those of springs and gaps that are among `kinds`, on every joint that has none yet."""
     for joint in range(len(evidence.dynamics.joints)):
         for kind, hang in ((JointFlexibility, _springs(_SPRINGS)), (Backlash, _gaps(_GAPS * _reach(evidence, joint)))):
-            if not any((own.name, own.joint) == (kind.name, joint) for own in evidence.dynamics.effects):
+            if kind.name in kinds and (kind.name, joint) not in evidence.present:
                 yield judged_hangs(evidence, joint, hang)
 
 
@@ -129,23 +129,13 @@ def _torques(evidence: Evidence, motion: Motion, joint: int, hang: Hang) -> Arra
 
 
 def _lag(t: Array, inertia: Array, torque: Array, hang: Hang) -> tuple[Array, Array]:
-    """Torque of the transmission and delta'' (N, K), by steps of semi-implicit Euler."""
+    """Torque of the transmission and delta'' (N, K)."""
+    from chebid.simulate.hanging import march
+
     steps = max(1, int(np.ceil(float(np.median(np.diff(t))) / _STEP)))
-    fine = np.interp(np.arange((len(t) - 1) * steps + 1) / steps, np.arange(len(t)), t)
-    M, tau = np.interp(fine, t, inertia), np.interp(fine, t, torque)
     w = 2 * np.pi * hang.frequency
-    K, D = w**2 * np.median(M), 2 * hang.damping * w * np.median(M)
-    half, springs = hang.gap / 2, not hang.gap.any()
-    delta, speed = tau[0] / K + np.sign(tau[0]) * half, np.zeros(len(w))
-    force, bend = np.empty((len(t), len(w))), np.empty((len(t), len(w)))
-    for i in range(len(fine)):
-        beyond = delta if springs else delta - np.clip(delta, -half, half)
-        f = K * beyond + D * speed if springs else np.where(beyond != 0, K * beyond + D * speed, 0.0)
-        acceleration = (tau[i] - f) / M[i]
-        if i % steps == 0:
-            force[i // steps], bend[i // steps] = f, acceleration
-        if i + 1 < len(fine):
-            h = fine[i + 1] - fine[i]
-            speed = speed + h * acceleration
-            delta = delta + h * speed
+    stiffness, damping = w**2 * np.median(inertia), 2 * hang.damping * w * np.median(inertia)
+    force, bend = np.empty((2, len(t), len(w)))
+    t, inertia, torque = (np.ascontiguousarray(x, dtype=np.float64) for x in (t, inertia, torque))
+    march(t, inertia, torque, stiffness, damping, hang.gap, steps, force, bend)
     return force, bend

@@ -20,7 +20,7 @@ _SIMULATED = 2.0  # times the margin, for what accelerations near the band's edg
 _MOSTLY = 0.75  # stability of what was found by simulating, to be believed at all
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
-_ALIKE = 3.0  # times farther for effects that are known to look alike
+ALIKE = 24.0  # the same, for effects that are known to look alike
 _SAME = 0.5  # of a rival's own gain that the best one takes away from it: they explain the same
 _FIRM = 0.9  # stability of a sure verdict
 _UNLIKE = 0.35  # of the score by which free functions of one variable outdo the best effect: it is not that effect
@@ -123,7 +123,7 @@ def doubted(verdict: Verdict, before: Mapping[str, float | None]) -> Verdict:
 def _is_rival(best: Found, other: Found) -> bool:
     """Whether the other explains the same part of the error about as well."""
     alike = other.effect.name in best.effect.alike or best.effect.name in other.effect.alike
-    tolerated = max(_RIVAL, _SHARE * best.total) * (_ALIKE if alike else 1.0)
+    tolerated = max(_RIVAL, _SHARE * best.total) * (ALIKE / _RIVAL if alike else 1.0)
     if other.total < best.total - tolerated or other.score <= 0:
         return False
     a, b = best.candidate.judged.basis, other.candidate.judged.basis

@@ -34,21 +34,21 @@ class Cell:
 
 def where(evidence: Evidence, theta: Array) -> list[Cell]:
     """The worst cells of each joint, under parameters theta (P,); at most one for each variable."""
-    out = []
+    out, errors = [], evidence.error(theta)
     for joint in range(len(evidence.dynamics.joints)):
-        found = (cell for cell in _cells(evidence, theta, joint) if cell.ratio >= _STANDS_OUT)
+        found = (cell for cell in _cells(evidence, errors, theta, joint) if cell.ratio >= _STANDS_OUT)
         cells = sorted(found, key=lambda cell: -cell.ratio)
         best = {cell.variable: cell for cell in reversed(cells)}
         out += sorted(best.values(), key=lambda cell: -cell.ratio)[:_TOLD]
     return out
 
 
-def _cells(evidence: Evidence, theta: Array, joint: int) -> list[Cell]:
-    errors, known, motions = _errors(evidence, theta, joint)
+def _cells(evidence: Evidence, errors: list[Array], theta: Array, joint: int) -> list[Cell]:
+    motions, known = evidence.motions, [used[:, joint] for used in evidence.ground.used]
     noise = _noise(evidence, joint)
     rate = evidence.ground.tracks[0].rate
     fewest = int(_FEWEST * rate / (2 * evidence.ground.band))
-    error = np.concatenate([e[k] for e, k in zip(errors, known, strict=True)])
+    error = np.concatenate([e[k, joint] for e, k in zip(errors, known, strict=True)])
     out = []
     for name, values in _variables(motions, known, evidence, theta, joint).items():
         edges = np.unique(np.quantile(values, np.linspace(0, 1, _CELLS + 1)))
@@ -76,22 +76,6 @@ def _variables(motions: list[Motion], known: list[Mask], evidence: Evidence, the
         for m, tau in zip(motions, torques, strict=True)
     ]
     return {name: np.concatenate([one[name][k] for one, k in zip(each, known, strict=True)]) for name in each[0]}
-
-
-def _errors(evidence: Evidence, theta: Array, joint: int) -> tuple[list[Array], list[Mask], list[Motion]]:
-    """Error (N,) of every track within the band, and which of its samples are used."""
-    errors = []
-    for track, motion, functions in zip(
-        evidence.ground.tracks, evidence.motions, evidence.ground.functions, strict=True
-    ):
-        raw = track.torque - evidence.dynamics.torque(motion, theta)
-        error = np.zeros(len(raw))
-        for f in functions:
-            shape = f.basis @ f.mix[joint].T
-            error[f.piece] = shape @ f.rows(raw[f.piece][:, :, None])[joint][:, 0]
-        errors.append(error)
-    known = [used[:, joint] for used in evidence.ground.used]
-    return errors, known, evidence.motions
 
 
 def _noise(evidence: Evidence, joint: int) -> float:

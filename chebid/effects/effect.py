@@ -72,6 +72,11 @@ class Effect:
         return False
 
     @property
+    def one_way(self) -> bool:
+        """Whether it has one parameter, which cannot be negative in nature."""
+        return len(self.symbols) == 1 and set(self.symbols) == set(self.positive)
+
+    @property
     def once(self) -> bool:
         """Whether it happens at one instant of one log, so that other logs know nothing of it."""
         return False

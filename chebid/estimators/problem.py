@@ -124,6 +124,19 @@ class Problem:
     def degree(self) -> int:
         return max(p.plan.degree for track in self.tracks for p in track.projections)
 
+    @property
+    def treatment(self) -> dict[str, Any]:
+        """Gate, trim and band, for `used` of a problem of other logs: they are treated as these were."""
+        return self._marks | {"equation_bandwidth": self.band.frequency}
+
+    @property
+    def _marks(self) -> dict[str, Any]:
+        """Gate and trim."""
+        return {
+            "velocity_gate": dict(zip(self.model.joints, map(float, self.gate), strict=True)),
+            "trim": max(track.trim for track in self.tracks),
+        }
+
     def describe(self) -> dict[str, Any]:
         """For `fit.record`: enough to treat another log in the same way."""
         first = self.tracks[0]
@@ -134,8 +147,7 @@ class Problem:
             "bandwidth": self.bandwidth,
             "degree": self.degree,
             "projection": {joint: _plan_to(used) for joint, used in zip(joints, first.used, strict=True)},
-            "trim": max(track.trim for track in self.tracks),
-            "velocity_gate": dict(zip(joints, map(float, self.gate), strict=True)),
+            **self._marks,
         }
 
 

@@ -17,9 +17,9 @@ import numpy as np
 
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect, Motion
+from chebid.equations.span import orthonormal
 from chebid.robots import Array
 
-_RANK = 1e-9  # of the largest singular value of columns of length 1
 _SAME = 1e-12  # of a column's squared length: what is left of it beside the model's is rounding
 
 
@@ -90,7 +90,7 @@ class Contest:
         fought = {duel.truth for duel in self.duels}
         truths = {i: beside(basis, self.truth_rows(i, pieces)) for i in fought}
         blocks = {r: self._blocks(r, basis, pieces) for r in {duel.rival for duel in self.duels}}
-        signed = [only_positive(own[0]) if own else False for own in self.settings]
+        signed = [own[0].one_way if own else False for own in self.settings]
         return [_outcome(d, truths[d.truth], blocks[d.rival], signed[d.rival]) for d in self.duels]
 
     def imitated(self, duel: Duel, pieces: Sequence[Piece]) -> Callable[[Effect], float]:
@@ -101,7 +101,7 @@ class Contest:
         def left(effect: Effect) -> float:
             rows = self.effect_rows(effect, pieces)
             block = beside(basis, rows)[None], np.linalg.norm(rows, axis=0)[None]
-            return float(_outcome(duel, truth, block, only_positive(effect)).left[0])
+            return float(_outcome(duel, truth, block, effect.one_way).left[0])
 
         return left
 
@@ -126,24 +126,9 @@ class Contest:
         return beside(basis, wide), np.linalg.norm(wide, axis=1)
 
 
-def orthonormal(rows: Array) -> Array:
-    """A basis (R, m) of what columns (R, P) span."""
-    length = np.linalg.norm(rows, axis=0)
-    rows = rows[:, length > 0] / length[length > 0]
-    if not rows.shape[1]:
-        return rows
-    u, singular, _ = np.linalg.svd(rows, full_matrices=False)
-    return np.asarray(u[:, singular > _RANK * singular[0]])
-
-
 def beside(basis: Array, rows: Array) -> Array:
     """What is left of rows (..., R) or (..., R, K) beside a basis (R, m)."""
     return rows - basis @ (basis.T @ rows)
-
-
-def only_positive(effect: Effect) -> bool:
-    """Whether an effect has one parameter, which cannot be negative in nature: a diagnosis refuses it if it is."""
-    return len(effect.symbols) == 1 and set(effect.symbols) == set(effect.positive)
 
 
 def _outcome(duel: Duel, truth: Array, block: tuple[Array, Array], signed: bool) -> Outcome:

@@ -5,7 +5,6 @@ there is its torque. Otherwise, and where it explains nothing there, it is as st
 model cannot explain has the rms of the noise, on random motions within the limits.
 """
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +14,12 @@ import numpy as np
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect, Motion
 from chebid.equations import moving, project_columns
+from chebid.equations.span import orthonormal
 from chebid.estimators import Problem
-from chebid.excite.contest import Contest, Piece, Truth, beside, only_positive, orthonormal
+from chebid.excite.contest import Contest, Piece, Truth, beside
 from chebid.excite.refine import refine
 from chebid.excite.rivals import Rival
-from chebid.log import read_log
+from chebid.log import file_sha256, read_log
 from chebid.model import Model, per_joint
 from chebid.robots import Array
 
@@ -90,7 +90,7 @@ class FittedOn:
     def gain(self, effect: Effect) -> float:
         """Log likelihood that an effect adds to the model's."""
         before, (values, after) = self._residual, self._left(effect)
-        if only_positive(effect) and values[0] < 0:
+        if effect.one_way and values[0] < 0:
             return 0.0
         joint = self.problem.rows.joint
         return sum(
@@ -129,7 +129,7 @@ def find_logs(model: Model) -> list[Path]:
             continue
         for folder in (model.path.parent, Path()):
             path = folder / Path(entry["file"]).name
-            if path.is_file() and hashlib.sha256(path.read_bytes()).hexdigest() == entry.get("sha256"):
+            if path.is_file() and file_sha256(path) == entry.get("sha256"):
                 found.append(path)
                 break
     return found

@@ -105,6 +105,11 @@ def _kind(path: Path, shown: str) -> str:
     return kind or SUFFIXES[suffix]
 
 
+def named_like_a_log(path: Path) -> bool:
+    """Whether the suffix is that of a format."""
+    return _suffix(path) in (*SUFFIXES, *ROS_SUFFIXES)
+
+
 def _suffix(path: Path) -> str:
     """The suffix that tells the format, `.gz` looked through."""
     suffix = path.suffix.lower()
@@ -139,7 +144,7 @@ def _similar(path: Path) -> str:
     folder = path.parent
     if not folder.is_dir():
         return f"there is no folder '{folder}'"
-    names = [entry.name for entry in folder.iterdir() if _suffix(entry) in SUFFIXES]
+    names = [entry.name for entry in folder.iterdir() if named_like_a_log(entry)]
     close = get_close_matches(path.name, names, n=3, cutoff=0.5) or sorted(names)[:3]
     return f"did you mean {', '.join(close)}?" if close else f"there is no log in '{folder}'"
 

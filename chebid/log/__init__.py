@@ -15,7 +15,7 @@ Kinds of notices, by what comes of them:
   `left_out` (a column of which nobody asked for), `seams` (more of the first group, after twenty).
 """
 
-from chebid.log.read import read_log
+from chebid.log.read import file_sha256, read_log, read_logs
 from chebid.log.record import Log, LogSpec, Record
 
-__all__ = ["Log", "LogSpec", "Record", "read_log"]
+__all__ = ["Log", "LogSpec", "Record", "file_sha256", "read_log", "read_logs"]

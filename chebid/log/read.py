@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from chebid.errors import InputError, Place
+from chebid.errors import InputError, Place, UsageError
 from chebid.formats import Table, read_table
 from chebid.log import channels
 from chebid.log.average import at_instants
@@ -50,7 +50,22 @@ def read_log(
         cuts = _check(logged, choice, clock, gains, findings)
         records = _records(logged, replace(clock, cuts=cuts), gains, findings)
     names = tuple(joints) if joints is not None else choice.position
-    return Log(path, _sha256(path), names, records, tuple(findings.notices))
+    return Log(path, file_sha256(path), names, records, tuple(findings.notices))
+
+
+def read_logs(
+    paths: Sequence[str | Path], spec: LogSpec, joints: Sequence[str], *, need_torque: bool = True
+) -> list[Log]:
+    """Several logs of one robot, each a set of records of its own. Raises UsageError for one that is given twice."""
+    logs: list[Log] = []
+    for path in paths:
+        log = read_log(path, spec, tuple(joints), need_torque=need_torque)
+        twin = next((other for other in logs if other.sha256 == log.sha256), None)
+        if twin is not None:
+            hint = "give it once: twice the same data are no more data"
+            raise UsageError(f"is the same log as {twin.path}", hint=hint, place=Place(str(path)))
+        logs.append(log)
+    return logs
 
 
 @dataclass(frozen=True)
@@ -228,6 +243,7 @@ def _record(logged: _Logged, t: Array, gains: _Gains) -> Record:
     return Record(t, q, tau, reference, logged.rows)
 
 
-def _sha256(path: Path) -> str:
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, read a piece at a time."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

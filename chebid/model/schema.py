@@ -193,6 +193,12 @@ class FitSection(Section):
     record: FitRecord = FitRecord()
 
     @property
+    def seen(self) -> frozenset[str]:
+        """sha256 of the logs that it was fitted on, as far as the file says."""
+        logs = self.record.model_dump().get("logs") or []
+        return frozenset(str(log.get("sha256")) for log in logs if isinstance(log, dict))
+
+    @property
     def treatment(self) -> dict[str, Any] | None:
         """How the fit's logs were treated, for others to be treated alike; None when the file does not say."""
         return self.record.model_dump() if self.record.velocity_gate is not None else None

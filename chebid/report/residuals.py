@@ -59,18 +59,7 @@ class Errors:
         self.used = diagnosis.evidence.ground.used
         dynamics = diagnosis.evidence.dynamics
         self.torques = [dynamics.torque(motion, diagnosis.theta) for motion in self.motions]
-        self.values = [self._banded(i) for i in range(len(self.motions))]
-
-    def _banded(self, i: int) -> Array:
-        """The part of the error of a track that lies within the band, joint by joint."""
-        ground = self.diagnosis.evidence.ground
-        raw = ground.tracks[i].torque - self.torques[i]
-        out = np.zeros_like(raw)
-        for f in ground.functions[i]:
-            rows = f.rows(raw[f.piece][:, :, None])
-            for j, mix in enumerate(f.mix):
-                out[f.piece, j] = f.basis @ (mix.T @ rows[j][:, 0])
-        return out
+        self.values = diagnosis.evidence.error(diagnosis.theta)
 
     def over(self, values: list[Array], joint: int) -> Array:
         """Values (N,) of every track where the joint is used, joined."""

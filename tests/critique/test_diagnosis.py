@@ -99,3 +99,24 @@ def test_the_same_seed_gives_the_same_diagnosis():
     first, second = (diagnosed(hidden_log(sines(5), on(joint, torque), seed=3)) for _ in range(2))
     assert [one.score for one in first.found] == [one.score for one in second.found]
     assert [one.stability for one in first.found] == [one.stability for one in second.found]
+
+
+def test_only_the_asked_kinds_are_judged():
+    from arms import make_model
+
+    from chebid.critique.candidates import rank
+    from chebid.critique.evidence import Evidence, Ground
+    from chebid.effects import LIBRARY
+    from chebid.estimators import Problem
+
+    ground = Ground(Problem(make_model(), (hidden_log(sines(5, 10.0), seed=3),)))
+    found = rank(Evidence(ground), {"spring": LIBRARY["spring"]}).candidates
+    assert {one.effect.name for one in found} == {"spring"}
+
+
+def test_a_separating_motion_promises_what_a_diagnosis_asks():
+    """`excite --separate` may not look into the critique, and states its tolerance for effects that look alike."""
+    from chebid.critique import verdict
+    from chebid.excite.separate import ENOUGH
+
+    assert verdict.ALIKE == ENOUGH

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chebid.critique.candidates import rank
-from chebid.critique.evidence import Evidence, Ground, Held, orthonormal
+from chebid.critique.evidence import Evidence, Ground, Held
 from chebid.critique.holdout import Holdout
 from chebid.critique.stability import stability
 from chebid.effects import LIBRARY
+from chebid.equations.span import orthonormal
 from chebid.estimators import Problem
 
 

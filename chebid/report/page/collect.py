@@ -47,7 +47,7 @@ def collect(models: Sequence[Model], paths: Sequence[Path], seed: int = 0) -> Re
     for model in models:
         entries = tuple(entry for entry in comparisons.entries if entry.problem.model is model)
         _refuse_copies(entries)
-        known = _fitted_on(model)
+        known = model.fit.seen if model.fit else frozenset()
         own = [Path(entry.log) for entry in entries if entry.problem.logs[0].sha256 in known]
         others = [Path(entry.log) for entry in entries if Path(entry.log) not in own]
         with settings_of(model):
@@ -56,12 +56,6 @@ def collect(models: Sequence[Model], paths: Sequence[Path], seed: int = 0) -> Re
         sheets.append(Sheet(model, entries, found, frozenset(map(str, own))))
     every = [*notices, *comparisons.notices, *(n for sheet in sheets for n in sheet.diagnosis.notices)]
     return Report(comparisons, tuple(sheets), tuple(dict.fromkeys(every)))
-
-
-def _fitted_on(model: Model) -> set[str]:
-    """sha256 of the logs of a model's fit."""
-    logs = model.fit.record.model_dump().get("logs") if model.fit else None
-    return {str(log.get("sha256")) for log in logs or [] if isinstance(log, dict)}
 
 
 def _refuse_twins(paths: list[Path]) -> None:
