@@ -11,14 +11,16 @@ from chebid.critique.candidates import penalty, rank
 from chebid.critique.depends import Dependence, dependences
 from chebid.critique.evidence import Evidence, Ground, Held
 from chebid.critique.found import Found, Side, Sides, compare
-from chebid.critique.verdict import MARGIN, Verdict, believed, doubted, is_telling, judge_verdict, outdone
+from chebid.critique.verdict import MARGIN, Verdict, believed, is_telling, judge_verdict, outdone
 from chebid.critique.where import Cell, where
 from chebid.effects import Effect
-from chebid.errors import Notice
+from chebid.errors import Notice, Place
 from chebid.estimators.judge import judge, noise_floor
 from chebid.estimators.problem import Problem
 from chebid.estimators.result import JointResidual
 
+_TOLD, _LESS = 1.5, 0.8  # error over noise floor, and share of it that a short lag leaves: then the lag is told
+_ELSEWHERE = 0.4, 4.0  # relative error on a hold-out, and times that of the fit: it is not of this robot
 _BAD = frozenset({"swapped", "degrees", "duplicate"})  # notices about a log that cannot be trusted at all
 _WRONG = 0.8  # relative error of every joint from which on the model is not that of this log at all
 
@@ -72,6 +74,7 @@ def examine(
     ranking = rank(evidence, kinds, present=case.held is not None, seed=seed)
     residual = judge(problem, problem.rows, case.theta)
     elsewhere = problem.dynamics.elsewhere(case.theta)
+    beside_error = judge(case.holdout, case.holdout.rows, elsewhere) if case.holdout else None
     sides = Sides(case.theta, Side(problem, _floor(residual)), _holdout_side(case), case.held is not None)
     found = compare(evidence, ranking.candidates, beside, sides, seed)
     depends = dependences(evidence, seed)
@@ -82,8 +85,8 @@ def examine(
         depends = without_jerk(depends, dependences(calm, seed)) if is_telling(depends) else depends
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
-    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, bad)
-    verdict = doubted(verdict, {joint: r.ratio for joint, r in residual.items()})
+    before = {joint: r.ratio for joint, r in residual.items()}
+    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad)
     if verdict.best is not None:
         found = [verdict.best, *(one for one in found if one is not verdict.best)]
     if case.held is not None and verdict.best is not None:
@@ -93,12 +96,12 @@ def examine(
         theta=case.theta,
         evidence=evidence,
         residual=residual,
-        holdout=judge(case.holdout, case.holdout.rows, elsewhere) if case.holdout else None,
+        holdout=beside_error,
         cells=tuple(where(evidence, case.theta)),
         depends=tuple(d for d in depends if d.score > 0),
         found=tuple(found),
         verdict=verdict,
-        notices=tuple(problem.notices),
+        notices=(*problem.notices, *_brief_lag(evidence, before), *_strange(case.holdout, residual, beside_error)),
     )
 
 
@@ -119,6 +122,40 @@ def _structural(effect: Effect, held: Evidence, threshold: float) -> bool:
     free = Evidence(held.ground, held.dynamics)
     judged = free.judge(effect)
     return free.worth(judged.basis) - penalty(free, judged) - threshold > MARGIN
+
+
+def _brief_lag(evidence: Evidence, before: Mapping[str, float | None]) -> list[Notice]:
+    """A lag of the torque that is too short to be called an effect, where it makes much of an error."""
+    high = {joint: ratio for joint, ratio in before.items() if ratio is not None and ratio > _TOLD}
+    lag = evidence.lag
+    if not high or lag is None or not evidence.brief:
+        return []
+    left = evidence.left_beside(evidence.late)
+    parts = [
+        f"{joint} {ratio:.2f} to {ratio * left[joint]:.2f}" for joint, ratio in high.items() if left[joint] < _LESS
+    ]
+    if not parts:
+        return []
+    problem = evidence.ground.problem
+    message = (
+        f"the torque {'lags' if lag > 0 else 'leads'} the positions by {1e3 * abs(lag):.2g} ms, no longer than "
+        f"logging can make it; log: torque_delay: {problem.model.log.torque_delay + lag:.2g} in the model file "
+        f"brings error / noise floor from {', '.join(parts)}"
+    )
+    return [Notice("torque_lag", message, Place(file=str(problem.logs[0].path)))]
+
+
+def _strange(
+    holdout: Problem | None, fitted: Mapping[str, JointResidual], beside: Mapping[str, JointResidual] | None
+) -> list[Notice]:
+    """What is wrong with the hold-out: the warnings of its logs, and that it looks like another robot's."""
+    if holdout is None or beside is None:
+        return []
+    far = [j for j, r in beside.items() if r.relative > max(_ELSEWHERE[0], _ELSEWHERE[1] * fitted[j].relative)]
+    parts = ", ".join(f"{joint} {100 * beside[joint].relative:.0f} %" for joint in far)
+    message = f"the model explains little of this hold-out (relative error {parts}): of another robot, or another unit?"
+    place = Place(file=", ".join(str(log.path) for log in holdout.logs))
+    return [*holdout.notices, *([Notice("holdout", message, place)] if far else [])]
 
 
 def _floor(residual: Mapping[str, JointResidual]) -> Array | None:

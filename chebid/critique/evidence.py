@@ -132,7 +132,7 @@ class Evidence:
         """Whitened columns (R, J) or (R, J + 1) of what is no fault of the model: the edge of the projection, and a
         torque that was logged a fraction of a control period early or late.
         """
-        late = [self._late] if self.brief else []
+        late = [self.late] if self.brief else []
         return np.hstack([self.edge, *late, *([self._jerk] if self.calm else [])])
 
     @cached_property
@@ -157,13 +157,18 @@ class Evidence:
         """
         control = self.ground.problem.model.control
         usual = max(_LAG, 0.5 / control.rate if control else 0.0)
-        basis = orthonormal(np.hstack([self.system[0], self.edge]))
-        column = self._late[:, 0] - basis @ (basis.T @ self._late[:, 0])
-        length = float(column @ column)
-        return length > 0 and abs(float(column @ self.system[1])) / length <= usual
+        return self.lag is not None and abs(self.lag) <= usual
 
     @cached_property
-    def _late(self) -> Array:
+    def lag(self) -> float | None:
+        """Seconds by which the torques are late; None where the motion cannot tell."""
+        basis = orthonormal(np.hstack([self.system[0], self.edge]))
+        column = self.late[:, 0] - basis @ (basis.T @ self.late[:, 0])
+        length = float(column @ column)
+        return float(column @ self.system[1]) / length if length > 0 else None
+
+    @cached_property
+    def late(self) -> Array:
         """Whitened column (R, 1) of a torque logged late."""
         return self.columns(TorqueDelay(None))
 
@@ -230,6 +235,19 @@ class Evidence:
             made = [f.rows(x[f.piece]) for f in functions]
             out.append(np.concatenate([part[j] for j in range(self.rows.joints) for part in made]))
         return np.concatenate(out) / self.deviation[:, None]
+
+    def left_beside(self, columns: Array) -> dict[str, float]:
+        """By joint: share of the rms error of the model (band of the fit) that whitened columns (R, K) leave."""
+        W, Y = self.system
+        inside = self.rows.frequency <= self.ground.problem.band.frequency
+        bases = orthonormal(W), orthonormal(np.hstack([W, columns]))
+        parts = [(Y - basis @ (basis.T @ Y))[: len(inside)] * self.deviation for basis in bases]
+        out = {}
+        for j, name in enumerate(self.dynamics.joints):
+            at = inside & (self.rows.joint == j)
+            whole, left = (float(np.linalg.norm(part[at])) for part in parts)
+            out[name] = min(left / whole, 1.0) if whole else 1.0
+        return out
 
     def error(self, theta: Array) -> list[Array]:
         """The part (N, J) of the error of every track, under theta (P,), that lies within the band; N.m or N."""

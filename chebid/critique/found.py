@@ -20,7 +20,9 @@ _COMPARED = 8  # candidates of which more than the score is computed
 _GAINS = ("dZZ", "dJ", "dM")  # what a load adds to
 _SURE = 2.0  # deviations below zero
 _TRUST = 2.0  # times the score: more than that a hold-out does not count for an effect
-_WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further is refuted
+_WORSE = 1.05  # times the error on the hold-out: a candidate that raises it further needs its likelihood to stay
+_RUINED = 1.2  # times the error on the hold-out: a candidate that raises it further is refuted
+_DENIED = (8.0, 0.05)  # score and share of its score by which the hold-out must speak against a candidate, to refute it
 
 
 @dataclass(frozen=True)
@@ -137,9 +139,9 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
         before, after = (
             sides.held_out.ratios(left) for left in _held_out(sides.held_out, one.effect, sides.theta, theta)
         )
-        more = replace(
-            one, holdout_ratio_after=after, refuted=one.refuted or (_worse(before, after) and (one.holdout or 0.0) <= 0)
-        )
+        factor = _WORSE if (one.holdout or 0.0) <= 0 else _RUINED
+        refuted = one.refuted or _denied(one) or _worse(before, after, factor)
+        more = replace(one, holdout_ratio_after=after, refuted=refuted)
     return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
 
 
@@ -153,10 +155,16 @@ def _held_out(side: Side, effect: Effect, theta: Array, after: Array) -> tuple[A
     return rows.Y - rows.W @ elsewhere(theta), left
 
 
-def _worse(before: dict[str, float | None], after: dict[str, float | None]) -> bool:
-    """Whether the error of a joint on the hold-out grew."""
+def _denied(one: Found) -> bool:
+    """Whether the hold-out is clearly less likely with the candidate."""
+    least, share = _DENIED
+    return (one.holdout or 0.0) < -max(least, share * one.score)
+
+
+def _worse(before: dict[str, float | None], after: dict[str, float | None], factor: float) -> bool:
+    """Whether the error of a joint on the hold-out grew to more than a factor of what it was."""
     pairs = ((value, after[joint]) for joint, value in before.items())
-    return any(b is not None and a is not None and a > _WORSE * b for b, a in pairs)
+    return any(b is not None and a is not None and a > factor * b for b, a in pairs)
 
 
 def _weighs_less(parameters: Sequence[Fitted]) -> bool:

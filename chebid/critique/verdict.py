@@ -1,7 +1,7 @@
 """The verdict: what is missing and how surely, which rivals remain, or that nothing is missing, or nothing known."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -27,7 +27,9 @@ _UNLIKE = 0.35  # of the score by which free functions of one variable outdo the
 _FREE = 15.0  # and at least this
 _MOST = 3  # alternatives
 _HIGH, _LARGE = 1.5, 2.0  # error over noise floor: from which on silence is not sure; that wants an explanation
+_BLATANT = 3.0  # error over noise floor that no coloured noise makes: something is missing
 _NEARLY, _MUCH, _GROWN = 0.95, 0.85, 1.3  # of the error before: nearly all of it, much of it, a joint made worse
+_HALF = 0.5  # of the error before: what leaves less is not outdone by a function that explains no torque
 # just after a reversal the joint jerks as its drive winds up against dry friction, faster than any projection passes
 _SERVO = frozenset({"distance since reversal"})
 
@@ -80,44 +82,70 @@ def judge_verdict(
     depends: Sequence[Dependence],
     threshold: float,
     pair: float,
+    before: Mapping[str, float | None],
     bad: bool,
 ) -> Verdict:
-    """The verdict on ranked candidates and dependences; `pair`: score of the best candidate with another beside it."""
+    """The verdict on ranked candidates and dependences.
+
+    `pair`: score of the best candidate with another beside it; `before`: error over the noise floor, by joint. A
+    candidate that leaves nearly all of a large error is not what is missing; silence beside one is not sure.
+    """
     smallest = detectable(evidence, threshold)
     telling = is_telling(depends)
     on = telling[0] if telling else None
-    best = next(filter(believed, found), None)
+    strong = list(filter(believed, found))
+    best = next((one for one in strong if not _idle(one, before)), None)
     if bad:
         return Verdict("bad_data", False, best, (), on, smallest)
-    if best is None:
+    if not strong:
         nearest = [one for one in found if one.score > MARGIN] if on else []
-        return Verdict("unknown" if on else "nothing_missing", True, None, tuple(nearest[:_MOST]), on, smallest)
-    if on is not None and _short(max(best.score, pair), on.score):
+        errors = {joint: ratio for joint, ratio in before.items() if ratio is not None}
+        blatant = max(errors.values(), default=0.0) > _BLATANT and _unexcused(evidence, errors) > _BLATANT
+        sure = on is not None or all(ratio < _HIGH for ratio in errors.values())
+        status: Status = "unknown" if on or blatant else "nothing_missing"
+        return Verdict(status, sure, None, tuple(nearest[:_MOST]), on, smallest)
+    first = best or strong[0]
+    short = on is not None and _short(max(first.score, pair), on.score)
+    if short and not _halves(first, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
-    rivals = [other for other in found if other is not best and _is_rival(best, other)]
-    sure = not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
-    return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
+    rivals = [other for other in found if other is not first and _is_rival(first, other)]
+    if best is None:
+        return Verdict("unknown", False, None, (first, *rivals)[:_MOST], on, smallest)
+    sure = (
+        best is strong[0] and not short and not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
+    )
+    return Verdict("missing", sure and not _doubtful(best, before), best, tuple(rivals[:_MOST]), on, smallest)
 
 
-def doubted(verdict: Verdict, before: Mapping[str, float | None]) -> Verdict:
-    """The verdict in the light of the errors over the noise floor that there were, by joint.
+def _unexcused(evidence: Evidence, errors: Mapping[str, float]) -> float:
+    """The largest error over the noise floor beside what is no fault of the model."""
+    left = evidence.left_beside(evidence.nuisance)
+    return max(ratio * left[joint] for joint, ratio in errors.items())
 
-    A best effect that leaves nearly all of a large error is not what is missing; one that leaves much of it, or makes
-    another joint worse, is not sure; nor is silence beside an error well above the floor.
-    """
-    if verdict.status == "nothing_missing":
-        return replace(verdict, sure=all(ratio is None or ratio < _HIGH for ratio in before.values()))
-    if verdict.status != "missing" or verdict.best is None or not verdict.best.ratio_after:
-        return verdict
-    after = verdict.best.ratio_after
-    pairs = [(b, a) for joint, b in before.items() if b is not None and (a := after[joint]) is not None]
-    if any(b > _LARGE for b, _ in pairs) and all(a > _NEARLY * b for b, a in pairs):
-        return replace(
-            verdict, status="unknown", sure=False, best=None, alternatives=(verdict.best, *verdict.alternatives)[:_MOST]
-        )
+
+def _idle(one: Found, before: Mapping[str, float | None]) -> bool:
+    """Whether a candidate leaves nearly all of a large error."""
+    pairs = _errors(one, before)
+    return any(b > _LARGE for b, _ in pairs) and all(a > _NEARLY * b for b, a in pairs)
+
+
+def _halves(one: Found, before: Mapping[str, float | None]) -> bool:
+    """Whether a candidate takes away half of every large error, and there is one."""
+    large = [(b, a) for b, a in _errors(one, before) if b > _LARGE]
+    return bool(large) and all(a < _HALF * b for b, a in large)
+
+
+def _doubtful(one: Found, before: Mapping[str, float | None]) -> bool:
+    """Whether a candidate leaves much of a large error, or makes another joint worse."""
+    pairs = _errors(one, before)
     worse = any(a > max(_LARGE, _GROWN * b) for b, a in pairs)
-    idle = all(a > _MUCH * b for b, a in pairs) and any(a > _LARGE for _, a in pairs)
-    return replace(verdict, sure=verdict.sure and not worse and not idle)
+    return worse or (all(a > _MUCH * b for b, a in pairs) and any(a > _LARGE for _, a in pairs))
+
+
+def _errors(one: Found, before: Mapping[str, float | None]) -> list[tuple[float, float]]:
+    """Error over the noise floor of every joint, without the candidate and with it, where both are known."""
+    after = one.ratio_after or {}
+    return [(b, a) for joint, b in before.items() if b is not None and (a := after.get(joint)) is not None]
 
 
 def _is_rival(best: Found, other: Found) -> bool:

@@ -76,16 +76,18 @@ def _nothing(d: Diagnosis) -> list[str]:
     ]
     high = [f"{joint} ({r.ratio:.1f} times)" for joint, r in d.residual.items() if r.ratio and r.ratio >= 1.5]
     if high:
+        late = any(notice.kind == "torque_lag" for notice in d.notices)
+        reason = "the lag told under DATA" if late else "coloured noise, or something unknown"
         return [
             "no effect of the library is missing that these logs can show;",
-            f"but the error is well above the noise floor on {', '.join(high)}: coloured noise, or something unknown.",
-            "A motion that repeats gives a floor that assumes nothing.",
+            f"but the error is well above the noise floor on {', '.join(high)}: {reason}.",
+            *([] if late else ["A motion that repeats gives a floor that assumes nothing."]),
         ]
     return ["nothing is missing that these logs can show.", f"An effect of {', '.join(parts)} would have been seen."]
 
 
 def _bad(d: Diagnosis) -> list[str]:
-    if d.notices:
+    if any(notice.kind != "torque_lag" for notice in d.notices):
         return ["the log cannot be trusted, or is not of this robot: see the warnings under DATA, and mend them first."]
     worst = max(r.relative for r in d.residual.values())
     return [

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arms import make_log
 from critique.hidden import diagnosed, hidden_log, moves, named, on, sines
 
 from chebid.critique import message
@@ -120,3 +121,14 @@ def test_a_separating_motion_promises_what_a_diagnosis_asks():
     from chebid.excite.separate import ENOUGH
 
     assert verdict.ALIKE == ENOUGH
+
+
+def test_a_hold_out_of_another_robot_is_noticed():
+    path, other = sines(5), sines(6)
+    mine, same = hidden_log(path, seed=3), hidden_log(other, seed=4)
+    record = same.records[0]
+    heavier = make_log(record.t, record.q, 2.5 * record.tau)
+    strange = [n for n in diagnosed(mine, heavier).notices if n.kind == "holdout"]
+    assert len(strange) == 1
+    assert "another robot" in str(strange[0])
+    assert not [n for n in diagnosed(mine, same).notices if n.kind == "holdout"]

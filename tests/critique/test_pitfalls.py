@@ -65,7 +65,15 @@ def test_torque_logged_half_a_control_period_off_is_no_effect(late):
     log = hidden_log(path, seed=1)
     record = log.records[0]
     tau = np.column_stack([np.interp(path.t - late, path.t, column) for column in record.tau.T])
-    assert diagnosed(make_log(record.t, record.q, tau)).verdict.status == "nothing_missing"
+    found = diagnosed(make_log(record.t, record.q, tau))
+    assert found.verdict.status == "nothing_missing"
+    (told,) = (str(notice) for notice in found.notices if notice.kind == "torque_lag")
+    assert ("lags" if late > 0 else "leads") in told
+    assert "the lag told under DATA" in message(found)
+
+
+def test_a_log_without_a_lag_is_told_none():
+    assert not any(notice.kind == "torque_lag" for notice in diagnosed(hidden_log(sines(3), seed=1)).notices)
 
 
 def test_torque_logged_long_after_is_one():

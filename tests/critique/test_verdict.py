@@ -1,0 +1,74 @@
+"""The verdict on candidates and errors that are given: what is believed, doubted, or said to be unknown."""
+
+from dataclasses import replace
+
+import pytest
+from critique.hidden import diagnosed, hidden_log, on, sines
+
+from chebid.critique.depends import Dependence
+from chebid.critique.found import _denied, _worse
+from chebid.critique.verdict import judge_verdict
+
+
+@pytest.fixture(scope="module")
+def case():
+    """A log with viscous coupling in it, and the candidate that says so: 4 times the floor on q2 without it, 1 with."""
+    d = diagnosed(hidden_log(sines(5), on(1, lambda p: 0.05 * p.dq[:, 0]), seed=3))
+    best = d.verdict.best
+    assert (best.effect.name, best.effect.joint) == ("viscous_coupling", 1)
+    return d.evidence, replace(best, ratio_after={"q1": 1.0, "q2": 1.0}, holdout=None)
+
+
+BEFORE = {"q1": 1.0, "q2": 4.0}
+
+
+def verdict(case, found, before=BEFORE, depends=()):
+    return judge_verdict(case[0], found, depends, 0.0, 0.0, before, False)
+
+
+def test_a_candidate_that_leaves_the_error_makes_way_for_one_that_does_not(case):
+    good = case[1]
+    idle = replace(good, ratio_after=BEFORE)
+    said = verdict(case, [idle, good])
+    assert said.status == "missing"
+    assert said.best is good
+    assert not said.sure
+    assert verdict(case, [good]).sure
+
+
+def test_where_every_candidate_leaves_the_error_it_is_unknown(case):
+    idle = replace(case[1], ratio_after=BEFORE)
+    said = verdict(case, [idle])
+    assert (said.status, said.sure, said.best) == ("unknown", False, None)
+    assert said.alternatives[0] is idle
+
+
+@pytest.mark.parametrize(
+    ("ratio", "status", "sure"),
+    [(1.2, "nothing_missing", True), (2.9, "nothing_missing", False), (3.1, "unknown", False)],
+)
+def test_silence_beside_an_error_above_the_floor(case, ratio, status, sure):
+    said = verdict(case, [], {"q1": 1.0, "q2": ratio})
+    assert (said.status, said.sure) == (status, sure)
+
+
+def test_a_free_function_outdoes_what_leaves_more_than_half_of_the_error(case):
+    good = case[1]
+    free = Dependence(1, "q*dq", 10 * good.score, 0.5)
+    half = replace(good, ratio_after={"q1": 1.0, "q2": 2.1})
+    assert verdict(case, [half], depends=[free]).status == "unknown"
+    kept = verdict(case, [good], depends=[free])
+    assert (kept.status, kept.sure) == ("missing", False)
+
+
+@pytest.mark.parametrize(
+    ("score", "holdout", "denied"), [(100, -20, True), (100, -7, False), (1000, -20, False), (10, None, False)]
+)
+def test_a_hold_out_that_is_less_likely_refutes(case, score, holdout, denied):
+    assert _denied(replace(case[1], score=score, holdout=holdout)) == denied
+
+
+def test_a_worse_joint_on_the_hold_out():
+    assert _worse({"q1": 1.0, "q2": 2.0}, {"q1": 1.0, "q2": 2.5}, 1.2)
+    assert not _worse({"q1": 1.0, "q2": 2.0}, {"q1": 0.5, "q2": 2.3}, 1.2)
+    assert not _worse({"q1": None}, {"q1": 9.0}, 1.2)
