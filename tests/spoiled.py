@@ -381,6 +381,12 @@ def _of_the_whole() -> list[Spoiled]:
         ),
         Spoiled("shuffled rows", numbers({k: v[shuffled] for k, v in base.items()}), "is no clock", column="t"),
         Spoiled(
+            "shuffled rows, far apart",
+            numbers({k: 40 * v[shuffled] if k == "t" else v[shuffled] for k, v in base.items()}),
+            "is no clock",
+            column="t",
+        ),
+        Spoiled(
             "uneven stamps",
             _changed(t=lambda t: t + 4e-4 * rng.uniform(-1, 1, N)),
             kinds=frozenset({"uneven"}),

@@ -7,9 +7,10 @@ chatters). One pass runs forward in time and one backward; their mean has no lag
 `poly`.
 
 It takes some of the amplitude all the same, more where there is noise, and it is not linear: nothing in the residual
-tells. So it is run on repetitions as well, motions whose derivatives are known, with noise as it was found: what
-comes out of their exact torques, less what went in, is its bias, which is taken off, and its scatter (Efron and
-Tibshirani, An Introduction to the Bootstrap, 1993, chapters 6 and 10).
+tells. So it is run on repetitions as well, motions whose derivatives are known, with white noise of the size that was
+found (what a projection leaves lacks the noise within its band): what comes out of their exact torques, less what went
+in, is its bias, which is taken off, and its scatter (Efron and Tibshirani, An Introduction to the Bootstrap, 1993,
+chapters 6 and 10).
 """
 
 from dataclasses import replace
@@ -35,7 +36,7 @@ _NESTED = (3.0, 2.0 * 3.0 ** (2 / 3), 1.5 * (2.0 * 3.0 ** (2 / 3)) ** 0.5, 1.1)
 _SUBSTEPS = 5  # steps of the differentiator per sample
 _MARGIN = 2.5  # of L above the fourth derivative seen nearby
 _LEAST = 0.02  # of the largest L: where the joint hardly moves
-_REPEATS = 8
+_REPEATS = 16
 _SETTLE = 3.0  # periods of the bandwidth until it has found the signal
 
 
@@ -43,7 +44,8 @@ def dr(problem: Problem) -> Estimate:
     """Estimate on sliding-mode derivatives. Raises NoAnswerError on rank loss or when nothing is left to use."""
     settings = method_settings(problem.model, "dr", DrSettings)
     dynamics, band = problem.dynamics, problem.band.frequency
-    made = [_rederived(track, settings) for track in problem.tracks]
+    random = np.random.default_rng(0)
+    made = [_rederived(track, settings, random) for track in problem.tracks]
     rows = measured_rows([tracks[0] for tracks in made], dynamics, problem.gate, band)
     found = _calibrated(problem, solve(rows, dynamics.parameters), made)
     return assemble(problem, "dr", found, rows, {"equation_bandwidth": band, "dr": settings.model_dump()})
@@ -66,14 +68,14 @@ def _calibrated(problem: Problem, found: Solution, made: list[list[Track]]) -> S
     return replace(found, theta=found.theta - np.mean(errors, axis=0), covariance=noise + scatter)
 
 
-def _rederived(track: Track, settings: DrSettings) -> list[Track]:
+def _rederived(track: Track, settings: DrSettings, random: np.random.Generator) -> list[Track]:
     """The track with q, dq, ddq of the differentiator, and the same of each repetition.
 
     It settles within some periods of the bandwidth at each end.
     """
     t, at, joints = track.record.t, track.motion.t, len(track.projections)
     fine = np.linspace(t[0], t[-1], _SUBSTEPS * (len(t) - 1) + 1)
-    signals = [_repetitions(p) for p in track.projections]
+    signals = [_repetitions(p, random) for p in track.projections]
     signal = np.hstack([CubicSpline(t, np.column_stack(each))(fine) for each in zip(*signals, strict=True)])
     bound = np.column_stack([_bound(p, t, fine, settings.lipschitz) for p in track.projections])
     derivatives = differentiate(signal, float(fine[1] - fine[0]), np.tile(bound, len(signals[0])))
@@ -86,13 +88,11 @@ def _rederived(track: Track, settings: DrSettings) -> list[Track]:
     return out
 
 
-def _repetitions(projection: Projection) -> list[Array]:
-    """The signal (N,) as measured, and its projection with the noise that was found, moved along in time."""
-    t, x = projection.t, projection.x
-    smooth = projection.at(t, 0)
-    noise = x - smooth
-    shifts = [len(t) * k // (_REPEATS + 1) for k in range(1, _REPEATS + 1)]
-    return [x, *(smooth + np.roll(noise, shift) for shift in shifts)]
+def _repetitions(projection: Projection, random: np.random.Generator) -> list[Array]:
+    """The signal (N,) as measured, and its projection with fresh noise, time and again."""
+    smooth = projection.at(projection.t, 0)
+    noise = projection.noise * random.standard_normal((_REPEATS, len(smooth)))
+    return [projection.x, *(smooth + noise)]
 
 
 def _bound(projection: Projection, t: Array, fine: Array, given: float | None) -> Array:

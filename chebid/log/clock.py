@@ -69,8 +69,8 @@ def read_clock(
     column = _Column(name, rows, findings)
     keep = _present(stamps, column)
     t = stamps[keep] * _written_unit(unit, column, keep)
-    t = t * _guessed_unit(t, rate, keep, column)
     _refuse_disorder(t, keep, column)
+    t = t * _guessed_unit(t, rate, keep, column)
     keep, t = _without_outliers(t, keep, column)
     if np.mean(np.diff(t) == 0) > _BLOCKS:
         return _coarse(t, keep, rate, column)
@@ -130,7 +130,7 @@ def _refuse_disorder(t: Array, keep: Places, column: _Column) -> None:
     back = np.flatnonzero(np.diff(t) < 0) + 1
     if len(back) > max(3, _BACK * len(t)):
         message = (
-            f"goes back in {len(back)} of {len(t)} rows, first by {t[back[0] - 1] - t[back[0]]:.6g} s: it is no clock"
+            f"goes back in {len(back)} of {len(t)} rows, first by {t[back[0] - 1] - t[back[0]]:.6g}: it is no clock"
         )
         raise column.error(
             message, "name the column that holds the time, or sort the rows", int(keep[back[0]]), t[back[0]]
