@@ -17,7 +17,7 @@ from scipy.stats import f as f_distribution
 
 from chebid.basis import Array
 from chebid.equations import Rows
-from chebid.estimators.spectrum import spectral_variance
+from chebid.estimators.restricted import restricted_variance
 
 _LEVEL = 0.05
 _RELEVANT = 0.9  # of the energy of every column of W
@@ -102,5 +102,5 @@ def _coloured(rows: Rows, sigma: Array) -> Array:
     out = np.ones(len(rows.Y))
     for j, size in enumerate(sigma):
         mine = rows.joint == j
-        out[mine] = np.sqrt(spectral_variance(rows.W[mine] / size, rows.Y[mine] / size, rows.frequency[mine])[0])
+        out[mine] = np.sqrt(restricted_variance(rows.W[mine] / size, rows.Y[mine] / size, rows.frequency[mine]))
     return out

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
+from numpy.typing import NDArray
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -16,7 +17,7 @@ from chebid.equations import Rows
 from chebid.equations.rows import Index
 from chebid.errors import NoAnswerError
 from chebid.estimators.enough import lost_rank_by, shortage, too_few
-from chebid.estimators.spectrum import spectral_variance
+from chebid.estimators.spectrum import Block, spectra
 from chebid.robots import Parameter
 
 _RANK = 1e-9  # singular values of the column-scaled W below this share of the largest are zero
@@ -123,20 +124,26 @@ def sandwich(rows: Rows, Z: Array, bread: Array, weight: Array) -> Array:
     Each deviation is widened by Student's quantile over the normal one: its own freedom follows from how surely the
     variances are known that it is made of (Satterthwaite, Biometrics Bulletin 2, 1946).
     """
-    covariance, doubt = np.zeros((rows.W.shape[1],) * 2), np.zeros(rows.W.shape[1])
-    for j in range(rows.joints):
-        mine = rows.joint == j
-        columns = np.column_stack([rows.W[mine], rows.Y[mine], Z[mine] @ bread.T]) * weight[mine, None]
-        frequency = rows.frequency[mine]
-        if rows.serial:
-            columns, frequency = _by_frequency(columns, rows.passed, None if rows.record is None else rows.record[mine])
-        W, Y, influence = np.split(columns, [rows.W.shape[1], rows.W.shape[1] + 1], axis=1)
-        variance, unsure = spectral_variance(W, Y[:, 0], frequency)
-        covariance += (influence * variance[:, None]).T @ influence
-        doubt += np.sum(((influence**2 * variance[:, None]).T @ unsure) ** 2, axis=1)
+    theta = bread @ ((Z * weight[:, None]).T @ (rows.Y * weight))
+    blocks = [_block(rows, Z @ bread.T, theta, weight, rows.joint == j) for j in range(rows.joints)]
+    covariance, doubt = np.zeros((len(theta),) * 2), np.zeros(len(theta))
+    for block, noise in zip(blocks, spectra(blocks), strict=True):
+        covariance += (block.influence * noise.variance[:, None]).T @ block.influence
+        doubt += np.sum(((block.influence**2 * noise.variance[:, None]).T @ noise.unsure) ** 2, axis=1)
     freedom = 2 * np.diag(covariance) ** 2 / np.maximum(doubt, np.finfo(float).tiny)
     wider = student.ppf(_QUANTILE, np.maximum(freedom, 2.0)) / norm.ppf(_QUANTILE)
     return covariance * np.outer(wider, wider)
+
+
+def _block(rows: Rows, influence: Array, theta: Array, weight: Array, mine: NDArray[np.bool_]) -> Block:
+    """The weighted rows of one joint, by frequency."""
+    residual = rows.Y[mine] - rows.W[mine] @ theta
+    columns = np.column_stack([rows.W[mine], influence[mine], residual]) * weight[mine, None]
+    frequency = rows.frequency[mine]
+    if rows.serial:
+        columns, frequency = _by_frequency(columns, rows.passed, None if rows.record is None else rows.record[mine])
+    count = rows.W.shape[1]
+    return Block(columns[:, :count], columns[:, count:-1], columns[:, -1], frequency)
 
 
 def _by_frequency(columns: Array, passed: float, record: Index | None = None) -> tuple[Array, Array]:

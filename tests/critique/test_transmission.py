@@ -7,7 +7,7 @@ from critique.hidden import KINDS
 from scipy.integrate import solve_ivp
 
 from chebid.critique import Case, diagnose
-from chebid.critique.transmission import Hang, _lag
+from chebid.critique.transmission import Hang, _lag, _springs
 from chebid.estimators import Problem, estimate
 
 STAGE = {"robot": {"type": "axes", "types": ["prismatic"]}, "joints": ["x"], "effects": ["viscous", "coulomb"]}
@@ -98,3 +98,12 @@ def test_a_stiff_link_hangs_on_nothing():
     """80 Hz and no gap: beyond what these equations see."""
     d = best_of(hung_log(stiffness=MASS * (2 * np.pi * 80.0) ** 2, damping=2000.0, gap=0.0))
     assert d.verdict.status == "nothing_missing"
+
+
+def test_an_inertia_of_next_to_nothing_says_nothing():
+    """Found on the wrist of a TX40 at 5 kHz: a fitted inertia below zero, and a march that overflowed."""
+    t = np.arange(2000) / 1000
+    for inertia in (np.full(2000, -0.1), np.where(t < 1, 0.1, 1e-9)):
+        force, bend = _lag(t, inertia, np.sin(9 * t), _springs(np.array([3.0, 40.0])))
+        assert np.isfinite(force).all() and np.isfinite(bend).all()
+        assert np.abs(force).max() < 1e3
