@@ -33,7 +33,8 @@ _BANDS = 8  # of frequency, in which the noise of a joint is taken as constant
 _OPEN = 2.0  # times the bandwidth that cross-validation chose for the positions
 _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the projection
 _FADES = (0.02, 0.05, 0.15)  # s: how a drive that wound up against dry friction calms down
-_LAG = 2.5e-3  # s by which torques are logged early or late: half a control period of 200 Hz
+_EARLY = 2.5e-3  # s by which torques are logged early: half a control period of 200 Hz
+_LATE = 0.55  # sampling periods by which torques are logged late, as means over the interval before; at most _EARLY
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
 
 
@@ -156,8 +157,9 @@ class Evidence:
         (Torque logged at the command's instant and held leads by half a control period, facts.md section 5.)
         """
         control = self.ground.problem.model.control
-        usual = max(_LAG, 0.5 / control.rate if control else 0.0)
-        return self.lag is not None and abs(self.lag) <= usual
+        held = 0.5 / control.rate if control else 0.0
+        late = max(min(_LATE / min(track.rate for track in self.ground.tracks), _EARLY), held)
+        return self.lag is not None and -max(_EARLY, held) <= self.lag <= late
 
     @cached_property
     def lag(self) -> float | None:

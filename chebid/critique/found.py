@@ -127,7 +127,7 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
     """A candidate with its parameters and the ratios that it leaves."""
     theta, sd, parameters = fit_with(evidence, one.effect)
     if not sides.held:
-        one = replace(one, refuted=_turns_negative(evidence, theta + _SURE * sd))
+        one = replace(one, refuted=_turns_negative(evidence, one.effect, theta + _SURE * sd))
     if isinstance(one.effect, Payload):
         one = replace(one, refuted=one.refuted or _weighs_less(parameters))
     rows = sides.fitted.problem.rows
@@ -140,7 +140,7 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
             sides.held_out.ratios(left) for left in _held_out(sides.held_out, one.effect, sides.theta, theta)
         )
         factor = _WORSE if (one.holdout or 0.0) <= 0 else _RUINED
-        refuted = one.refuted or _denied(one) or _worse(before, after, factor)
+        refuted = one.refuted or (not one.effect.once and (_denied(one) or _worse(before, after, factor)))
         more = replace(one, holdout_ratio_after=after, refuted=refuted)
     return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
 
@@ -172,12 +172,15 @@ def _weighs_less(parameters: Sequence[Fitted]) -> bool:
     return any(p.parameter.name.startswith(_GAINS) and p.sd is not None and p.value < -_SURE * p.sd for p in parameters)
 
 
-def _turns_negative(evidence: Evidence, theta: Array) -> bool:
-    """Whether a candidate makes a parameter negative that cannot be so in nature, theta (P + k,) at its highest."""
+def _turns_negative(evidence: Evidence, candidate: Effect, theta: Array) -> bool:
+    """Whether a candidate makes a parameter negative that cannot be so in nature, theta (P + k,) at its highest.
+
+    Not one of an effect that it is known to look like: together they give a shape that neither has.
+    """
     before = evidence.dynamics.terms(evidence.theta)
     after = evidence.dynamics.terms(theta[: len(evidence.theta)])
     return any(
-        symbol in effect.positive and value < 0 < was
+        symbol in effect.positive and value < 0 < was and effect.name not in candidate.alike
         for (effect, values), (_, old) in zip(after, before, strict=True)
         for symbol, value, was in zip(effect.symbols, values, old, strict=True)
     )

@@ -37,6 +37,7 @@ def variables(joint: int, joints: tuple[str, ...]) -> list[Variable]:
         Variable("t*sign(dq)", lambda m, _: m.t, sign),
         Variable("t*dq", lambda m, _: m.t, speed),
         Variable("abs(tau)*sign(dq)", lambda _, tau: np.abs(tau[:, j]), sign),
+        Variable("abs(tau)*dq", lambda _, tau: np.abs(tau[:, j]), speed),
         Variable("distance since reversal", lambda m, _: np.log(1e-9 + since_reversal(m, j)), sign),
     ]
     return own + [other for i, name in enumerate(joints) if i != j for other in _coupled(i, name, sign, speed)]

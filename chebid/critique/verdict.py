@@ -17,6 +17,7 @@ Status = Literal["missing", "nothing_missing", "unknown", "bad_data"]
 MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _SIMULATED = 2.0  # times the margin, for what accelerations near the band's edge or jerks at reversals can imitate
+_BRISTLES = 4.0  # the same, for what jerks at reversals imitate best; and twice that to be sure
 _MOSTLY = 0.75  # stability of what was found by simulating, to be believed at all
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
@@ -57,7 +58,7 @@ def believed(one: Found) -> bool:
     if not one.effect.linear:
         gap = isinstance(one.effect, Backlash)  # its impacts ring beyond what is judged: their share says nothing
         return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY and (gap or one.share > _MATTERS)
-    needed = MARGIN * (_SIMULATED if isinstance(one.effect, Presliding) else 1.0)
+    needed = MARGIN * (_BRISTLES if isinstance(one.effect, Presliding) else 1.0)
     return min(one.score, one.total) > needed and one.share > _MATTERS
 
 
@@ -105,16 +106,20 @@ def judge_verdict(
         status: Status = "unknown" if on or blatant else "nothing_missing"
         return Verdict(status, sure, None, tuple(nearest[:_MOST]), on, smallest)
     first = best or strong[0]
-    short = on is not None and _short(max(first.score, pair), on.score)
-    if short and not _halves(first, before):
+    alone = on is not None and _short(first.score, on.score)
+    if on is not None and _short(max(first.score, pair), on.score) and not _halves(first, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found if other is not first and _is_rival(first, other)]
     if best is None:
         return Verdict("unknown", False, None, (first, *rivals)[:_MOST], on, smallest)
-    sure = (
-        best is strong[0] and not short and not rivals and best.stability >= _FIRM and (best.holdout or 0.0) > -_RIVAL
-    )
-    return Verdict("missing", sure and not _doubtful(best, before), best, tuple(rivals[:_MOST]), on, smallest)
+    sure = best is strong[0] and not alone and not rivals and _is_firm(best) and not _doubtful(best, before)
+    return Verdict("missing", sure, best, tuple(rivals[:_MOST]), on, smallest)
+
+
+def _is_firm(one: Found) -> bool:
+    """Whether a candidate comes first however the logs are weighted, and the hold-out does not speak against it."""
+    enough = 2 * _BRISTLES * MARGIN if isinstance(one.effect, Presliding) else 0.0
+    return one.score > enough and one.stability >= _FIRM and (one.holdout or 0.0) > -_RIVAL
 
 
 def _unexcused(evidence: Evidence, errors: Mapping[str, float]) -> float:

@@ -120,7 +120,7 @@ class ViscousQuadratic(JointEffect):
     name = "viscous_quadratic"
     formula = "F2 dq abs(dq)"
     sentence = "friction grows with the square of speed, as in churned oil or air"
-    symbols = ("F2",)
+    symbols = positive = ("F2",)
     alike = ("viscous_power", "viscous")
 
     def units(self, units: Units) -> tuple[str, ...]:
@@ -140,7 +140,7 @@ class ViscousPower(JointEffect):
     formula = "Fa abs(dq)^alpha sign(dq)"
     sentence = "friction grows less than in proportion to speed: lubricant that thins as it is sheared"
     symbols = positive = ("Fa",)
-    alike = ("stribeck", "viscous_quadratic")
+    alike = ("stribeck", "viscous_quadratic", "viscous", "coulomb")
 
     @property
     def signs(self) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ from chebid.projection.threads import single
 from chebid.projection.whittle import SLOPES, first_look
 
 _FEWEST = 24  # samples of a record from which anything can be chosen
+_SHORT = 4  # samples that a window may lack of its length times the rate
 _DEGREE = 125  # of a tile
 _LOOKS = 4
 _NOTHING = 0.03  # gain of the penalty at which nothing passes any more
@@ -84,7 +85,7 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
         return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
     longest = min((_SHARP / (_MARGIN * np.pi * bandwidth)) ** 2 * rate, _WINDOW / (_MARGIN * np.pi * bandwidth))
     window = _fitting(span, max(longest, _FEWEST / rate))
-    degree = int(min(_MARGIN * np.pi * bandwidth * window, limit(fit, int(window * rate))))
+    degree = int(min(_MARGIN * np.pi * bandwidth * window, limit(fit, int(window * rate) - _SHORT)))
     reason = f"windows of {window:.3g} s, so that n <= {_SHARP} sqrt(N) at {bandwidth:g} Hz"
     return Plan(fit, basis, max(degree, 1), window, np.inf, bandwidth, reason)
 
@@ -93,7 +94,7 @@ def _smooth_plan(span: float, rate: float, bandwidth: float, basis: str) -> Plan
     """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
     half_gain = bandwidth / _THREE_DB
     window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
-    degree = int(np.clip(1.5 * np.pi * half_gain * window, 12, limit("smooth", int(window * rate))))
+    degree = int(np.clip(1.5 * np.pi * half_gain * window, 12, limit("smooth", int(window * rate) - _SHORT)))
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
     return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)
 

@@ -132,3 +132,29 @@ def test_a_hold_out_of_another_robot_is_noticed():
     assert len(strange) == 1
     assert "another robot" in str(strange[0])
     assert not [n for n in diagnosed(mine, same).notices if n.kind == "holdout"]
+
+
+def test_a_load_that_the_hold_out_does_not_know_is_not_refuted_by_it():
+    """Found by the blind study: what happens once, in one log, cannot make another better."""
+    path = sines(7)
+
+    def torque(p):
+        from arms import THETA, planar_torque
+
+        load = planar_torque(p, THETA * (1, 0, 0, 1, 1, 1, 0, 0) * 1.25) - planar_torque(
+            p, THETA * (1, 0, 0, 1, 1, 1, 0, 0)
+        )
+        return load * (p.t > 9.0)[:, None]
+
+    d = diagnosed(hidden_log(path, torque, seed=2), hidden_log(sines(8), seed=3))
+    assert named(d)[:1] == [("payload", None)]
+    assert not d.found[0].refuted
+
+
+def test_friction_that_flattens_with_speed_is_the_power_of_it():
+    """F ln(1 + abs(dq)/v0) sign(dq): viscous friction below zero mends the power's shape, and refutes nothing."""
+    d = diagnosed(
+        hidden_log(sines(5), on(1, lambda p: 0.12 * np.log1p(np.abs(p.dq[:, 1]) / 0.05) * np.sign(p.dq[:, 1])), seed=3)
+    )
+    assert ("viscous_power", 1) in named(d)
+    assert ("viscous_quadratic", 1) not in named(d)

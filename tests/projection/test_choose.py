@@ -3,10 +3,13 @@
 import numpy as np
 import pytest
 from bench.signals import COARSE, FINE, MOTIONS, Encoder
+from hypothesis import given
+from hypothesis import strategies as st
 
 from chebid.errors import NoAnswerError, UsageError
 from chebid.projection import Plan, Projection, Setting, plan, project
 from chebid.projection.choose import from_bandwidth
+from chebid.projection.operator import Operator
 from chebid.projection.sampled import Sampled
 from chebid.projection.spectrum import Spectrum
 from chebid.projection.stairs import samples_per_change
@@ -362,3 +365,18 @@ def test_stretches_at_rest_are_not_looked_at() -> None:
     assert 1 <= len(tiles.x) <= 12
     assert isinstance(Spectrum(1, 2.0).scaled(2.0), Spectrum)
     assert isinstance(project(t, x, AUTO), Projection)
+
+
+@given(span=st.floats(4, 60), rate=st.sampled_from([100.0, 200.0, 1000.0]), share=st.floats(0.005, 0.35))
+def test_a_plan_for_a_bandwidth_fits_its_windows(span, rate, share):
+    """Found by the blind study: 33 s at 100 Hz, windows of 71 samples, a degree for 72."""
+    t = np.arange(int(span * rate)) / rate
+    for fit in ("smooth", "lsq"):
+        plan = from_bandwidth(t, share * rate, fit)
+        Operator(t, plan)  # refuses a degree that is too high
+
+
+def test_the_plan_of_the_log_that_had_no_answer():
+    t = np.arange(3301) / 100
+    Operator(t, from_bandwidth(t, 34.0, "smooth"))
+    Operator(t, from_bandwidth(t, 35.0, "smooth"))
