@@ -22,7 +22,6 @@ from chebid.projection.threads import single
 from chebid.projection.whittle import SLOPES, first_look
 
 _FEWEST = 24  # samples of a record from which anything can be chosen
-_SHORT = 4  # samples that a window may lack of its length times the rate
 _DEGREE = 125  # of a tile
 _LOOKS = 4
 _NOTHING = 0.03  # gain of the penalty at which nothing passes any more
@@ -79,22 +78,27 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
             hint="robot motion is usually below 20 Hz; leave it out and chebid chooses it",
         )
     if fit == "smooth":
-        return _smooth_plan(span, rate, bandwidth, basis)
+        return _within_reach(_smooth_plan(span, bandwidth, basis), t)
     degree = max(1, round(np.pi * bandwidth * span))
     if degree <= 3 * np.sqrt(len(t)):
         return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
     longest = min((_SHARP / (_MARGIN * np.pi * bandwidth)) ** 2 * rate, _WINDOW / (_MARGIN * np.pi * bandwidth))
     window = _fitting(span, max(longest, _FEWEST / rate))
-    degree = int(min(_MARGIN * np.pi * bandwidth * window, limit(fit, int(window * rate) - _SHORT)))
+    degree = max(int(_MARGIN * np.pi * bandwidth * window), 1)
     reason = f"windows of {window:.3g} s, so that n <= {_SHARP} sqrt(N) at {bandwidth:g} Hz"
-    return Plan(fit, basis, max(degree, 1), window, np.inf, bandwidth, reason)
+    return _within_reach(Plan(fit, basis, degree, window, np.inf, bandwidth, reason), t)
 
 
-def _smooth_plan(span: float, rate: float, bandwidth: float, basis: str) -> Plan:
+def _within_reach(plan: Plan, t: Array) -> Plan:
+    """The plan with a degree that the samples of every window bear."""
+    return replace(plan, degree=min(plan.degree, limit(plan.fit, fewest_samples(t, plan.window))))
+
+
+def _smooth_plan(span: float, bandwidth: float, basis: str) -> Plan:
     """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
     half_gain = bandwidth / _THREE_DB
     window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
-    degree = int(np.clip(1.5 * np.pi * half_gain * window, 12, limit("smooth", int(window * rate) - _SHORT)))
+    degree = max(int(1.5 * np.pi * half_gain * window), 12)
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
     return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)
 
