@@ -22,6 +22,7 @@ _POSITIVE = frozenset({"XX", "YY", "ZZ", "M"})
 _DEPENDS = 1e-9  # of the length of a column: what is left of it beside others that it depends on
 _COUNTS = 1e-6  # of a unit: a share of another parameter that is more than rounding
 _STATES = 40  # random ones; each gives as many equations as there are joints
+_NEARLY = 1e-4  # rad: 1.5708 is meant to be a right angle
 _PIECE = 1024  # samples at a time, so that their matrices stay in the cache
 
 
@@ -86,6 +87,15 @@ class Tree:
                 force, moment = R @ force, R @ moment
                 moment += cross(p) @ force
                 at = self.parent[at]
+
+
+def straightened(rotation: Array) -> Array:
+    """The rotation (3, 3) with axes that are nearly at right angles made so.
+
+    Angles are written with few digits, and what differs by a hundred-thousandth of itself cannot be told apart.
+    """
+    u, _, v = np.linalg.svd(np.where(np.abs(rotation) < _NEARLY, 0.0, rotation))
+    return np.asarray(u @ v, dtype=np.float64)
 
 
 def cross(x: Array) -> Array:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from chebid.model.schema import Link
-from chebid.robots.chain import Tree
+from chebid.robots.chain import Tree, straightened
 from chebid.robots.robot import Array
 
 
@@ -34,7 +34,7 @@ def _screw(axis: int, angle: float, way: float) -> tuple[Array, Array]:
     """Rotation about a coordinate axis, and translation along it."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.roll(np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]), axis, axis=(0, 1))
-    return R, way * np.eye(3)[axis]
+    return straightened(R), way * np.eye(3)[axis]
 
 
 def _then(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:

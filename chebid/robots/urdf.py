@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from chebid.errors import InputError, Place
-from chebid.robots.chain import Tree
+from chebid.robots.chain import Tree, straightened
 from chebid.robots.robot import Array
 
 
@@ -42,7 +42,7 @@ def urdf_tree(path: Path, joints: tuple[str, ...], gravity: tuple[float, float, 
     poses = [model.jointPlacements[key] for key in keys]
     return Tree(
         parent=parents,
-        rotation=np.array([pose.rotation for pose in poses]),
+        rotation=np.array([straightened(pose.rotation) for pose in poses]),
         origin=np.array([pose.translation for pose in poses]),
         turn=np.array([turn for _, turn in screws]),
         slide=np.array([slide for slide, _ in screws]),

@@ -171,6 +171,15 @@ def test_base_parameters_say_all_and_nothing_twice(convention):
     assert len(set(p.name for p in robot.parameters)) == len(robot.parameters)
 
 
+def test_a_right_angle_of_few_digits_is_one():
+    """1.5708: else rotor and link of the second joint would differ by some 1e-6, which no motion shows."""
+    rows = [Link(alpha=a, a=0.1, d=0, theta=0) for a in (0, 1.5708, 0.0)]
+    exact = [row.model_copy(update={"alpha": np.pi / 2 if row.alpha else 0.0}) for row in rows]
+    one, other = (Chain(("a", "b", "c"), dh_tree(tuple(r), "modified", (0, 0, -9.81))) for r in (rows, exact))
+    assert one.parameters == other.parameters
+    np.testing.assert_allclose(one.regressor(*states(5, 3)), other.regressor(*states(5, 3)), atol=1e-12)
+
+
 def test_a_pendulum_has_the_torque_of_a_pendulum():
     """A rod about a horizontal axis, gravity along -y of its plane: (ZZ ddq) + g (MX cos q - MY sin q)."""
     robot = Chain(("q",), dh_tree((Link(alpha=0, a=0, d=0, theta=0),), "modified", (0.0, -9.81, 0.0)))
