@@ -17,7 +17,7 @@ from chebid.dynamics import Dynamics
 from chebid.effects import Effect
 from chebid.effects.forward import CHANNELS, FORWARDS, TWO_MASSES, forward_form
 from chebid.errors import InputError, Place, UsageError
-from chebid.robots import Array, Axes, Robot, Scara
+from chebid.robots import Array, Axes, Chain, Robot, Scara
 from chebid.simulate import kernel, plants
 
 Numbers = NDArray[np.int64]
@@ -56,6 +56,10 @@ def compiled_plant(robot: Robot, values: Array, generic: bool = False) -> Iterat
         yield plants.scara, values
     elif isinstance(robot, Axes) and not generic:
         yield plants.axes, values
+    elif isinstance(robot, Chain) and not generic:
+        from chebid.simulate.tree import tree, tree_data
+
+        yield tree, tree_data(robot, values)
     else:
         number = plants.register(RegressorPlant(robot, values))
         try:

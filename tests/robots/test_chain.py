@@ -17,6 +17,8 @@ from chebid.model import read_model
 from chebid.model.schema import Link
 from chebid.robots import Chain, Scara, make_robot
 from chebid.robots.dh import dh_tree
+from chebid.simulate.plant import RegressorPlant
+from chebid.simulate.tree import tree, tree_data
 
 URDF = """<robot name="arm">
   <link name="base"/><link name="l1"/><link name="l2"/><link name="flange"/><link name="l3"/><link name="side"/>
@@ -293,3 +295,33 @@ def test_the_wrist_of_the_tx40_is_coupled(shared_data):
     errors = {joint: (before.residual[joint].relative, after.residual[joint].relative) for joint in model.joints}
     assert errors["joint_5"][0] > 0.45 and errors["joint_5"][1] < 0.15, errors
     assert errors["joint_6"][0] > 0.25 and errors["joint_6"][1] < 0.15, errors
+
+
+def test_the_compiled_plant_is_the_regressor_and_pinocchio(urdf):
+    """What `simulate` integrates: against the columns, and against the mass matrix and bias of pinocchio."""
+    joints = ["turn", "slide", "aside"]
+    robot = urdf(joints, gravity=[1.0, -2.0, -9.0])
+    theta = physical(3, 4)
+    values = robot.base[1] @ theta
+    whole = pin.buildModelFromXML(URDF)
+    locked = [whole.getJointId("spin")]
+    model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
+    model.gravity.linear = np.array([1.0, -2.0, -9.0])
+    places = [model.joints[model.getJointId(name)].idx_v for name in joints]
+    for name, body in zip(joints, theta.reshape(3, 10), strict=True):
+        model.inertias[model.getJointId(name)] = pin.Inertia.FromDynamicParameters(body[PINOCCHIO])
+    data, numbers = model.createData(), tree_data(robot, values)
+    for seed in range(5):
+        q, dq, _ = states(1, 3, seed)[:, 0]
+        mass, bias = np.empty((3, 3)), np.empty(3)
+        tree(q, dq, numbers, mass, bias)
+        slow_mass, slow_bias = np.empty((3, 3)), np.empty(3)
+        RegressorPlant(robot, values)(q, dq, slow_mass, slow_bias)
+        np.testing.assert_allclose(mass, slow_mass, atol=1e-11)
+        np.testing.assert_allclose(bias, slow_bias, atol=1e-11)
+        theirs, speeds = np.empty(3), np.empty(3)
+        theirs[places], speeds[places] = q, dq
+        full = pin.crba(model, data, theirs)
+        full = np.triu(full) + np.triu(full, 1).T
+        np.testing.assert_allclose(mass, full[np.ix_(places, places)], atol=1e-10)
+        np.testing.assert_allclose(bias, pin.nle(model, data, theirs, speeds)[places], atol=1e-10)
