@@ -14,7 +14,7 @@ from chebid.formats.table import Table, TextCells, base_name, header_unit
 
 __all__ = ["Table", "TextCells", "base_name", "header_unit", "read_table"]
 
-READABLE = "CSV, TSV (also .gz), Parquet, MAT (v5, v7.3), NPZ, HDF5"
+READABLE = "CSV, TSV (also .gz), Parquet, MAT (v5, v7.3), NPZ, HDF5, ROS 1 and 2 bags, MCAP"
 SUFFIXES = {
     ".csv": "text",
     ".tsv": "text",
@@ -30,6 +30,9 @@ SUFFIXES = {
     ".hdf5": "hdf5",
     ".hdf": "hdf5",
     ".he5": "hdf5",
+    ".bag": "ros",
+    ".db3": "ros",
+    ".mcap": "ros",
 }
 SIGNATURES = (
     (b"\x89HDF\r\n\x1a\n", "hdf5"),
@@ -43,7 +46,6 @@ SIGNATURES = (
     (b"#ROSBAG", "ros"),
     (b"\x89MCAP", "ros"),
 )
-ROS_SUFFIXES = (".bag", ".mcap", ".db3")
 
 
 def read_table(path: str | Path, *, name: str | None = None) -> Table:
@@ -78,6 +80,8 @@ def _reader(kind: str) -> Callable[[Path, str], Table]:
         from chebid.formats.mat import read
     elif kind == "npz":
         from chebid.formats.npz import read
+    elif kind == "ros":
+        from chebid.formats.ros import read
     else:
         from chebid.formats.hdf5 import read
     return read
@@ -90,12 +94,6 @@ def _kind(path: Path, shown: str) -> str:
     if kind is None and head[512:520] == SIGNATURES[0][0]:
         kind = "hdf5"  # HDF5 behind a user block, as MATLAB v7.3 writes it
     suffix = _suffix(path)
-    if kind == "ros" or suffix in ROS_SUFFIXES:
-        raise InputError(
-            "ROS bags and MCAP files are not read yet",
-            hint="export the joint states to CSV or Parquet (time, positions, efforts) and give that file",
-            place=Place(file=shown),
-        )
     if kind is None and suffix not in SUFFIXES:
         raise InputError(
             f"unknown kind of file (suffix '{suffix}')",
@@ -107,7 +105,7 @@ def _kind(path: Path, shown: str) -> str:
 
 def named_like_a_log(path: Path) -> bool:
     """Whether the suffix is that of a format."""
-    return _suffix(path) in (*SUFFIXES, *ROS_SUFFIXES)
+    return _suffix(path) in SUFFIXES
 
 
 def _suffix(path: Path) -> str:
