@@ -180,7 +180,9 @@ SPOILED = [
     Spoiled("no joints", "robot: {type: axes}\n", "is missing", "joints", 1, None, "add it"),
     Spoiled("no type", "joints: [a]\nrobot: {gravity: [0, 0, 0]}\n", "is missing", "robot.type", 2, None, "add it"),
     Spoiled("effect without name", SCARA + "effects:\n- joint: q1\n", "is missing", "effects.0.effect", 4, None, "add"),
-    Spoiled("limits in part", SCARA + "limits: {position: 1}\n", "is missing", "limits.velocity", 3, None, "add it"),
+    Spoiled("limits in part", SCARA + "limits: {position: 1}\n", "is missing", "limits.acceleration", 3, None, "add"),
+    Spoiled("limits of a scara in part", SCARA + "limits: {position: 1, acceleration: 1}\n", "the key 'velocity'",
+            "limits", 3),
     # types
     Spoiled("robot is a word", "robot: scara\njoints: [a]\n", SECTION, "robot", 1, "scara", "beneath"),
     Spoiled("log is a word", SCARA + "log: t\n", SECTION, "log", 3, "t", "beneath"),

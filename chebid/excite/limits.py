@@ -8,7 +8,7 @@ from scipy.special import expit
 
 from chebid.errors import InputError, Place
 from chebid.model import Model, per_joint
-from chebid.robots import Array
+from chebid.robots import Array, urdf_limits
 
 _POWER = 60  # of the norm: within 7 % of the maximum of 60 shares
 _MARGIN = 1 - 1e-9  # rounding
@@ -50,7 +50,10 @@ def full_size(shares: Array, amplitude: Array) -> tuple[Array, Callable[[Array],
 
 
 def make_limits(model: Model) -> Limits:
-    """The limits of a model file. Raises InputError without them, or when one is zero."""
+    """The limits of a model file; of a URDF, positions and velocities that the model file leaves out.
+
+    Raises InputError without them, or when one is zero.
+    """
     section, where = model.limits, Place(str(model.path), key="limits")
     if section is None:
         raise InputError(
@@ -60,8 +63,16 @@ def make_limits(model: Model) -> Limits:
             place=where,
         )
     count = len(model.joints)
-    each = (section.position, section.velocity, section.acceleration)
-    limits = Limits(*(np.array(per_joint(value, count), dtype=np.float64) for value in each))
+    given = (section.position, section.velocity, section.acceleration)
+    each = [None if value is None else np.array(per_joint(value, count), dtype=np.float64) for value in given]
+    known = urdf_limits(model) if None in given and model.robot.type == "urdf" else (None, None, None)
+    filled = [value if value is not None else other for value, other in zip(each, known, strict=False)]
+    position, velocity, acceleration = (np.full(count, np.inf) if value is None else value for value in filled)
+    limits = Limits(position, velocity, acceleration)
+    if not np.isfinite(limits.stacked()).all():
+        word = ("position", "velocity")[int(np.isfinite(position).all())]
+        hint = f"add {word}: to limits:, one number or one per joint"
+        raise InputError(f"has no limit of {word} for every joint", hint=hint, place=where)
     if not (limits.stacked() > 0).all():
         raise InputError("a limit of 0 allows no motion", hint="give positive limits", place=where)
     return limits

@@ -131,10 +131,10 @@ class SensorsSection(Section):
 
 
 class LimitsSection(Section):
-    """`limits:` for `excite`: rad (m), rad/s (m/s), rad/s^2 (m/s^2)."""
+    """`limits:` for `excite`: rad (m), rad/s (m/s), rad/s^2 (m/s^2). The first two may be those of a URDF."""
 
-    position: Size
-    velocity: Size
+    position: Size | None = None
+    velocity: Size | None = None
     acceleration: Size
 
 
@@ -306,6 +306,10 @@ def _check_joints(model: Model) -> Iterator[MisfitError]:
     if model.robot.type == "scara" and count != 2:
         yield MisfitError(("joints",), f"a scara has 2 joints, not {count}")
     yield from _check_gravity(model.robot)
+    if model.limits is not None and model.robot.type != "urdf":
+        for key in ("position", "velocity"):
+            if getattr(model.limits, key) is None:
+                yield MisfitError(("limits",), f"needs the key {key!r}")
     for key in ("types", "table"):
         entries = getattr(model.robot, key)
         if entries is not None and len(entries) != count:

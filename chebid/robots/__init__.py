@@ -11,9 +11,9 @@ from chebid.robots.chain import Chain
 from chebid.robots.dh import dh_tree
 from chebid.robots.robot import Array, Parameter, Robot
 from chebid.robots.scara import Scara
-from chebid.robots.urdf import urdf_tree
+from chebid.robots.urdf import read_limits, urdf_tree
 
-__all__ = ["Array", "Axes", "Chain", "Parameter", "Robot", "Scara", "make_robot"]
+__all__ = ["Array", "Axes", "Chain", "Parameter", "Robot", "Scara", "make_robot", "urdf_limits"]
 
 _DOWN = (0.0, 0.0, -9.81)  # gravity of a chain, m/s^2 in its base, unless the model file says otherwise
 
@@ -39,6 +39,12 @@ def _dh_chain(
     joints: tuple[str, ...], table: tuple[Link, ...], convention: str, gravity: tuple[float, float, float]
 ) -> Chain:
     return Chain(joints, dh_tree(table, convention, gravity))
+
+
+def urdf_limits(model: Model) -> tuple[Array, Array, None]:
+    """Positions and velocities (J,) that the URDF of a model file allows to either side; it tells no accelerations."""
+    place = model.place("robot", "file", value=model.robot.file)
+    return *read_limits((model.path.parent / (model.robot.file or "")).resolve(), model.joints, place), None
 
 
 @lru_cache(maxsize=8)

@@ -2,6 +2,7 @@
 
 import difflib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,19 +18,8 @@ def urdf_tree(path: Path, joints: tuple[str, ...], gravity: tuple[float, float, 
     """
     import pinocchio as pin
 
-    if not path.is_file():
-        raise InputError("is not there", hint="give its path, relative to the model file", place=place)
-    try:
-        whole = pin.buildModelFromUrdf(str(path))
-    except (ValueError, RuntimeError) as err:
-        hint = str(err).strip().splitlines()[0]
-        raise InputError("is no URDF file that can be read", hint=hint, place=place) from err
+    whole = _read(path, joints, place)
     names = list(whole.names)[1:]
-    for name in joints:
-        if name not in names:
-            near = difflib.get_close_matches(name, names, 1)
-            hint = f"did you mean {near[0]}?" if near else f"it has: {', '.join(names)}"
-            raise InputError(f"has no movable joint {name!r}", hint=hint, place=place)
     locked = [whole.getJointId(name) for name in names if name not in joints]
     model = pin.buildReducedModel(whole, locked, pin.neutral(whole))
     keys = [model.getJointId(name) for name in joints]
@@ -50,16 +40,48 @@ def urdf_tree(path: Path, joints: tuple[str, ...], gravity: tuple[float, float, 
     )
 
 
-def _screw(model: object, key: int, place: Place) -> tuple[Array, Array]:
+def _screw(model: Any, key: int, place: Place) -> tuple[Array, Array]:
     """Unit translation and rotation (3,) of a joint in its own frame. Raises InputError for one of several freedoms."""
     import pinocchio as pin
 
-    joint = model.joints[key]  # type: ignore[attr-defined]
+    joint = model.joints[key]
     if joint.nv != 1:
-        name = model.names[key]  # type: ignore[attr-defined]
+        name = model.names[key]
         hint = "only joints that turn or slide can be identified"
         raise InputError(f"joint {name!r} has {joint.nv} freedoms", hint=hint, place=place)
-    data = model.createData()  # type: ignore[attr-defined]
+    data = model.createData()
     jacobian = pin.computeJointJacobian(model, data, pin.neutral(model), key)
     column = jacobian[:, joint.idx_v]
     return np.array(column[:3]), np.array(column[3:])
+
+
+def read_limits(path: Path, joints: tuple[str, ...], place: Place) -> tuple[Array, Array]:
+    """Positions, the smaller of both sides, and velocities (J,) that a URDF allows; half a turn where it has no end."""
+    model = _read(path, joints, place)
+    position, velocity = [], []
+    for name in joints:
+        joint = model.joints[model.getJointId(name)]
+        ends = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+        position.append(min(abs(ends[0]), abs(ends[1])) if joint.nq == joint.nv else np.pi)
+        velocity.append(abs(model.velocityLimit[joint.idx_v]))
+    return np.array(position), np.array(velocity)
+
+
+def _read(path: Path, joints: tuple[str, ...], place: Place) -> Any:
+    """The whole model of a URDF that has these joints."""
+    import pinocchio as pin
+
+    if not path.is_file():
+        raise InputError("is not there", hint="give its path, relative to the model file", place=place)
+    try:
+        whole = pin.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError) as err:
+        hint = str(err).strip().splitlines()[0]
+        raise InputError("is no URDF file that can be read", hint=hint, place=place) from err
+    names = list(whole.names)[1:]
+    for name in joints:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, 1)
+            hint = f"did you mean {near[0]}?" if near else f"it has: {', '.join(names)}"
+            raise InputError(f"has no movable joint {name!r}", hint=hint, place=place)
+    return whole

@@ -12,6 +12,7 @@ from chebid.dynamics import make_dynamics
 from chebid.effects import Motion
 from chebid.errors import InputError
 from chebid.estimators import Problem, estimate
+from chebid.excite.limits import make_limits
 from chebid.log import read_logs
 from chebid.model import read_model
 from chebid.model.schema import Link
@@ -325,3 +326,21 @@ def test_the_compiled_plant_is_the_regressor_and_pinocchio(urdf):
         full = np.triu(full) + np.triu(full, 1).T
         np.testing.assert_allclose(mass, full[np.ix_(places, places)], atol=1e-10)
         np.testing.assert_allclose(bias, pin.nle(model, data, theirs, speeds)[places], atol=1e-10)
+
+
+def test_limits_of_a_urdf_are_used_where_the_model_file_gives_none(tmp_path):
+    """The smaller of both sides, half a turn for a joint without ends; accelerations it does not tell."""
+    text = URDF.replace(
+        'lower="-1" upper="1" effort="1" velocity="1"', 'lower="-0.4" upper="1" effort="1" velocity="3"'
+    )
+    (tmp_path / "arm.urdf").write_text(text)
+    path = tmp_path / "model.yaml"
+    data = {"robot": {"type": "urdf", "file": "arm.urdf"}, "joints": ["turn", "slide", "spin"]}
+    path.write_text(yaml.safe_dump(data | {"limits": {"acceleration": 5, "velocity": [1, 2, 3]}}))
+    limits = make_limits(read_model(path))
+    np.testing.assert_allclose(limits.stacked(), [[2, 0.4, np.pi], [1, 2, 3], [5, 5, 5]])
+    path.write_text(yaml.safe_dump(data | {"limits": {"acceleration": 5}}))
+    with pytest.raises(InputError, match="no limit of velocity"):  # of "spin" in the file
+        make_limits(read_model(path))
+    path.write_text(yaml.safe_dump(data | {"joints": ["turn", "slide"], "limits": {"acceleration": 5}}))
+    np.testing.assert_allclose(make_limits(read_model(path)).velocity, [1, 3])
