@@ -47,8 +47,12 @@ def naive(dynamics: Dynamics, truth: Truth, imitator: Effect, state: np.ndarray)
             weight = speed**2 / (speed**2 + GATE[j] ** 2) / NOISE[j]
             rows.append(weight * np.concatenate([W[n, j], B[n, j]]))
             a.append(weight * A[n, j] @ truth.values)
-    x = np.linalg.lstsq(np.array(rows), np.array(a), rcond=1e-12)[0]
-    return float(np.sum((np.array(a) - np.array(rows) @ x) ** 2))
+    table = np.array(rows)
+    x = np.linalg.lstsq(table, np.array(a), rcond=1e-12)[0]
+    if imitator.one_way and x[-1] < 0:  # it cannot imitate with a sign that it cannot have
+        table = table[:, :-1]
+        x = np.linalg.lstsq(table, np.array(a), rcond=1e-12)[0]
+    return float(np.sum((np.array(a) - table @ x) ** 2))
 
 
 PAIRS = [

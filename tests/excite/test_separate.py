@@ -159,7 +159,6 @@ def run(*arguments: object) -> Any:
 CASES = [
     ({"effect": "stribeck", "joint": "q2", "vs": 0.8}, {"Fst2": 0.08}, "viscous_quadratic"),
     ({"effect": "spring", "joint": "q2"}, {"k2": 0.03, "kq02": -0.015}, "hard_stop"),
-    ({"effect": "viscous_power", "joint": "q2", "alpha": 0.5}, {"Fa2": 0.2, "Fv2": 0.03}, "viscous_quadratic"),
 ]
 
 
