@@ -13,6 +13,7 @@ from chebid.excite.fourier import Fourier
 from chebid.excite.limits import Limits, make_limits
 from chebid.excite.points import Points
 from chebid.model import Model
+from chebid.projection.threads import single
 from chebid.robots import Array
 
 KINDS = ("points", "fourier")
@@ -43,6 +44,7 @@ class Excitation:
     starts: int
 
 
+@single
 def excite(
     model: Model,
     *,
@@ -59,7 +61,8 @@ def excite(
 
     `duration` s; `moves`: moves between points, or harmonics; `rate` Hz, at which W is sampled; `starts`: optimisations
     from different random motions, each the best of 20; `information`: see `criterion`. `progress` is called with
-    (done, starts, best criterion). Raises UsageError for what cannot be, NoAnswerError when no motion tells the
+    (done, starts, best criterion). On one thread, so that the same call gives the same motion to the last digit.
+    Raises UsageError for what cannot be, NoAnswerError when no motion tells the
     parameters apart.
     """
     limits, dynamics = make_limits(model), make_dynamics(model)
