@@ -29,6 +29,8 @@ Family = Points | Fourier
 class Excitation:
     """An exciting trajectory: t (N,) s, q, dq, ddq (N, J); its score, that of the best random motion (`before`), the
     median of those, and the share of each limit that it uses: `used` (3, J) of position, velocity, acceleration.
+
+    Of a motion between points: `points` (M + 1, J), `durations` (M,) s of the moves; None for Fourier series.
     """
 
     t: Array
@@ -40,6 +42,7 @@ class Excitation:
     median_before: float
     used: Array
     limits: Limits
+    points: Array | None
     durations: Array | None
     starts: int
 
@@ -61,9 +64,9 @@ def excite(
 
     `duration` s; `moves`: moves between points, or harmonics; `rate` Hz, at which W is sampled; `starts`: optimisations
     from different random motions, each the best of 20; `information`: see `criterion`. `progress` is called with
-    (done, starts, best criterion). On one thread, so that the same call gives the same motion to the last digit.
-    Raises UsageError for what cannot be, NoAnswerError when no motion tells the
-    parameters apart.
+    (done, starts, best criterion). On one thread, so that the same call gives the same motion to the last digit; on
+    another kind of processor, whose linear algebra rounds differently, another motion that is as good.
+    Raises UsageError for what cannot be, NoAnswerError when no motion tells the parameters apart.
     """
     limits, dynamics = make_limits(model), make_dynamics(model)
     check(duration, moves, kind, rate, starts)
@@ -106,6 +109,7 @@ def told(found: Found, family: Family, dynamics: Dynamics, t: Array, starts: int
     """What a search found, at the instants t (N,) s, scored by eq. 23."""
     whole = Criterion(dynamics, t)
     motion = family.motion(found.best, t)
+    points, durations = family.split(found.best) if isinstance(family, Points) else (None, None)
     return Excitation(
         t,
         q=motion[0],
@@ -116,7 +120,8 @@ def told(found: Found, family: Family, dynamics: Dynamics, t: Array, starts: int
         median_before=float(np.median(found.tried)),
         used=family.limits.used(family.motion(found.best, np.linspace(0, t[-1], 20 * len(t)))),
         limits=family.limits,
-        durations=family.split(found.best)[1] if isinstance(family, Points) else None,
+        points=points,
+        durations=durations,
         starts=starts,
     )
 

@@ -14,6 +14,7 @@ rule motion:
         STUDY,
         sources("excite/*.py"),
         config["scara"]["model"],
+        "data/motions.yaml",
         script=f"{SCRIPTS}/motion.py",
     output:
         f"{SCARA}/motion_{{name}}.csv",

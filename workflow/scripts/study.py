@@ -11,10 +11,14 @@ import pandas as pd
 from chebid.errors import ChebidError
 from chebid.estimators import Estimate, Problem, estimate
 from chebid.excite import excite
+from chebid.excite.limits import make_limits
+from chebid.excite.points import Points
+from chebid.excite.search import instants
 from chebid.log import Log, LogSpec, Record
 from chebid.log.average import at_instants
 from chebid.model import Model, per_joint
 from chebid.results import fitted_values
+from chebid.robots import Array
 from chebid.simulate import Options, Reference, Simulated, simulate_batch
 
 _STREAM = 99  # of random numbers, for priors: not that of the noise
@@ -22,8 +26,8 @@ _STREAM = 99  # of random numbers, for priors: not that of the noise
 
 def find_motion(
     model: Model, settings: dict[str, Any], duration: float, moves: int, seed: int, information: float | None = None
-) -> pd.DataFrame:
-    """A point-to-point motion within the model's limits: t, q1.., dq1.., ddq1.. .
+) -> tuple[Array, Array]:
+    """A point-to-point motion within the model's limits: its points (M + 1, J) and the durations (M,) s between them.
 
     `share` of the limits on velocity and acceleration is used, so that the arm, which overshoots, stays within them.
     """
@@ -36,12 +40,21 @@ def find_motion(
         rate=settings["rate"],
         information=settings["information"] if information is None else information,
     )
+    assert found.points is not None and found.durations is not None
+    return found.points, found.durations
+
+
+def sampled(model: Model, points: Array, durations: Array, rate: float) -> pd.DataFrame:
+    """Such a motion at `rate` Hz: t, q1.., dq1.., ddq1.. ."""
+    family = Points(make_limits(model), float(durations.sum()), len(durations))
+    t = instants(family.duration, rate)
+    motion = family.motion(np.concatenate([points.ravel(), durations]), t)
     columns = {
         f"{name}{j + 1}": values[:, j]
-        for name, values in (("q", found.q), ("dq", found.dq), ("ddq", found.ddq))
+        for name, values in zip(("q", "dq", "ddq"), motion, strict=True)
         for j in range(values.shape[1])
     }
-    return pd.DataFrame({"t": found.t} | columns).round(9)
+    return pd.DataFrame({"t": t} | columns).round(9)
 
 
 def _within(model: Model, share: float) -> Model:
