@@ -60,6 +60,21 @@ def test_breaks_away_when_the_load_reaches_the_level():
     assert log.ddq[first, 0] == pytest.approx((20.0 * t[first] - FORCE) / MASS, rel=1e-9)
 
 
+def test_friction_that_grows_with_the_load_breaks_away_at_the_level_at_which_it_slips():
+    """Found by the hidden-effect study: a level that jumped between the two let a joint stick and slip without end.
+
+    u = (1 + mu)(M ddq + Fs) when it slips, and so it holds up to u = (1 + mu) Fs.
+    """
+    growth = 1.25
+    model = slide(["coulomb", "load_friction"], kp=20.0)
+    t = np.arange(101) / 100
+    pull = Reference(t, t[:, None], np.zeros((101, 1)))
+    log = run(model, values(model, M1=MASS, Fs1=FORCE, mu1=growth - 1), pull)
+    first = np.flatnonzero(20.0 * t > growth * FORCE)[0]
+    assert log.sticks[:first, 0].all() and not log.sticks[first:, 0].any()
+    assert log.ddq[first, 0] == pytest.approx((20.0 * t[first] / growth - FORCE) / MASS, rel=1e-9)
+
+
 def test_turns_round_exactly():
     """A block thrown against a constant pull above the level: it slows down, turns, and comes back more slowly."""
     pull = 5.0

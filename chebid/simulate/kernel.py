@@ -131,7 +131,10 @@ def _effects(s, t, x):  # type: ignore[no-untyped-def]
             break
         for j in range(n if needs else 0):
             slips = s.mode[j] if s.mode[j] != FREE else 0
-            w[TAU, j] = w[BIAS, j] + w[EFFECT, j] + slips * w[LEVEL, j]
+            dry = slips * w[LEVEL, j]
+            if s.mode[j] == 0:  # as much as holds it: a level that jumped at break-away would stick and slip without end
+                dry = min(max(w[HELD, j], -w[LEVEL, j]), w[LEVEL, j])
+            w[TAU, j] = w[BIAS, j] + w[EFFECT, j] + dry
             for i in range(n):
                 w[TAU, j] += mass[j, i] * x[A, i]
         for e in range(s.effects.shape[1]):
@@ -209,7 +212,7 @@ def _accelerate(s, t, x, decide):  # type: ignore[no-untyped-def]
             mode[j] = 0 if x[V, j] == 0 else (1 if x[V, j] > 0 else -1)
             rests = rests or mode[j] == 0
     _rigid(s, t, x)
-    for _ in range(_ITERATIONS):
+    for iteration in range(_ITERATIONS):
         size, apart = 0.0, 0.0
         for j in range(len(mode)):
             w[BEFORE, j] = x[A, j]
@@ -218,7 +221,7 @@ def _accelerate(s, t, x, decide):  # type: ignore[no-untyped-def]
             return NOT_POSITIVE
         for j in range(len(mode)):
             size, apart = max(size, abs(x[A, j])), max(apart, abs(x[A, j] - w[BEFORE, j]))
-        if s.loaded and apart > 1e-14 * (1 + size):
+        if s.loaded and (iteration == 0 or apart > 1e-14 * (1 + size)):  # the friction that holds a joint is new, too
             continue
         if not rests:
             return OK
