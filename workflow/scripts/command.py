@@ -1,24 +1,34 @@
-"""Calling chebid as a user does: arguments in, JSON out."""
+"""Calling chebid as a user does: arguments in, JSON out. In this process, which imports everything once."""
 
+import contextlib
+import io
 import json
-import os
-import subprocess
 import sys
 import time
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
-_CALL = [sys.executable, "-c", "from chebid.cli import main; main()"]
+from chebid.cli import main
 
 
 def chebid(*arguments: str | Path) -> dict[str, Any]:
     """The JSON document of a command, with its `seconds`; or {"error": what it said}, when it has no answer."""
-    command = [*_CALL, *map(str, arguments), "--json", "--quiet"]
+    out, said = io.StringIO(), io.StringIO()
+    status: object = None
     start = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"NO_COLOR": "1"}, check=False)
+    with (
+        mock.patch.object(sys, "argv", ["chebid", *map(str, arguments), "--json", "--quiet"]),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(said),
+    ):
+        try:
+            main()
+        except SystemExit as stop:
+            status = stop.code
     seconds = time.perf_counter() - start
-    if done.returncode:
-        said = (done.stderr.strip() or f"ended with status {done.returncode}").splitlines()
-        return {"error": said[-1] if "Traceback" in said[0] else said[0], "seconds": seconds}
-    found: dict[str, Any] = json.loads(done.stdout)
+    if status:
+        lines = (said.getvalue().strip() or f"ended with status {status}").splitlines()
+        return {"error": lines[0], "seconds": seconds}
+    found: dict[str, Any] = json.loads(out.getvalue())
     return found | {"seconds": seconds}
