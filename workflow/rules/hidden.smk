@@ -1,7 +1,7 @@
 # The hidden-effect study: logs with an effect hidden in them, what chebid says of them, and one worked example.
 #
 #   snakemake                                             a few logs, as a part of the main job
-#   snakemake --configfile config/study.yaml hidden       all of it: at most an hour on 2 cores; resumes where it was
+#   snakemake hidden --configfile config/study.yaml       all of it: at most an hour on 2 cores; resumes where it was
 from hiding import cases, motions_of
 
 HIDDEN = f"{OUT}/hidden"
