@@ -203,8 +203,33 @@ class Evidence:
     @cached_property
     def residual(self) -> Array:
         """Whitened residual (R,)."""
-        y = self.system[1]
+        return self._unexplained(self.system[1])
+
+    def _unexplained(self, y: Array) -> Array:
+        """What the columns of the model leave of whitened rows (R,)."""
         return y - self.model @ (self.model.T @ y)
+
+    def shaken(self, random: np.random.Generator) -> tuple[list[Motion], Array]:
+        """The worst that errors of the accelerations could do: motions with those that noise of the positions makes,
+        and a residual (R,) of the torque of these and of white noise, as large in every band as that of the logs.
+        """
+        noise = [
+            np.column_stack(
+                [
+                    project(p.t, p.noise * random.standard_normal(len(p.t)), p.plan, p.name).at(track.motion.t, 2)
+                    for p in track.projections
+                ]
+            )
+            for track in self.ground.tracks
+        ]
+        pairs = list(zip(self.motions, noise, strict=True))
+        torque = self.project([-self._inertial(motion, part)[:, :, None] for motion, part in pairs])[:, 0]
+        label, count = self._band, len(self._band)
+        have, own = (np.bincount(label, x[:count] ** 2) for x in (self.residual, torque))
+        part = np.sqrt(np.minimum(1.0, have / np.maximum(own, np.finfo(float).tiny)))
+        white = np.sqrt(np.maximum(have - part**2 * own, 0.0) / np.bincount(label))
+        drawn = part[label] * torque[:count] + white[label] * random.standard_normal(count)
+        return [replace(motion, ddq=motion.ddq + more) for motion, more in pairs], self._unexplained(self.padded(drawn))
 
     @cached_property
     def theta(self) -> Array:
@@ -284,12 +309,13 @@ class Evidence:
         u, singular, _ = np.linalg.svd(left, full_matrices=False)
         return u[:, singular > _SEEN]
 
-    def worth(self, basis: Array) -> float:
+    def worth(self, basis: Array, residual: Array | None = None) -> float:
         """ln of how much likelier the logs are with the columns of a basis (R, m), at their best values.
 
         The noise of every joint and band of frequency is fitted too: what no model explains is no noise of known size.
+        Another residual (R,) than that of the logs may be given.
         """
-        before, after = self._energies(basis)
+        before, after = self._energies(basis, residual)
         count = np.bincount(self._band)
         known = (before[-1] - after[-1]) / 2
         there = (before[:-1] > 0) & (after[:-1] > 0)
@@ -302,9 +328,9 @@ class Evidence:
         there = first > 0
         return float(np.max(1 - last[there] / first[there], initial=0.0))
 
-    def _energies(self, basis: Array) -> tuple[Array, Array]:
+    def _energies(self, basis: Array, residual: Array | None = None) -> tuple[Array, Array]:
         """Squared residual by joint and band without and with the columns; the last of what is known beforehand."""
-        before = self.residual
+        before = self.residual if residual is None else residual
         after = before - basis @ (basis.T @ before)
         count = int(self._band.max()) + 2
         label = np.concatenate([self._band, np.full(len(before) - len(self._band), count - 1)])

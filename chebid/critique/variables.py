@@ -20,6 +20,11 @@ class Variable:
     x: Values
     times: Values | None = None
 
+    @property
+    def accelerates(self) -> bool:
+        """Whether it has the noise of accelerations in it."""
+        return "ddq" in self.name or "tau" in self.name
+
 
 def variables(joint: int, joints: tuple[str, ...]) -> list[Variable]:
     """What the error of one joint may depend on; names of other joints stand in brackets."""

@@ -70,7 +70,11 @@ def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
 
 def is_telling(depends: Sequence[Dependence]) -> list[Dependence]:
     """Dependences that are more than chance, large enough to matter, and not the doing of the drive."""
-    return [one for one in depends if one.variable not in _SERVO and one.score > MARGIN and one.share > _MATTERS]
+    return [one for one in depends if _tells(one, one.score)]
+
+
+def _tells(one: Dependence, score: float) -> bool:
+    return one.variable not in _SERVO and score > MARGIN and one.share > _MATTERS
 
 
 def _short(score: float, free: float) -> bool:
@@ -106,7 +110,9 @@ def judge_verdict(
         status: Status = "unknown" if on or blatant else "nothing_missing"
         return Verdict(status, sure, None, tuple(nearest[:_MOST]), on, smallest)
     first = best or strong[0]
-    alone = on is not None and _short(first.score, on.score)
+    alone = any(
+        _tells(one, whole) and _short(first.score, whole) for one in depends if (whole := one.score + one.excused)
+    )
     if on is not None and _short(max(first.score, pair), on.score) and not _halves(first, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found if other is not first and _is_rival(first, other)]
@@ -154,10 +160,11 @@ def _errors(one: Found, before: Mapping[str, float | None]) -> list[tuple[float,
 
 
 def _is_rival(best: Found, other: Found) -> bool:
-    """Whether the other explains the same part of the error about as well."""
+    """Whether the other explains the same part of the error about as well; on the hold-out alone, if so much better."""
     alike = other.effect.name in best.effect.alike or best.effect.name in other.effect.alike
     tolerated = max(_RIVAL, _SHARE * best.total) * (ALIKE / _RIVAL if alike else 1.0)
-    if other.total < best.total - tolerated or other.score <= 0:
+    behind = min(best.total - other.total, best.score - other.score + (best.holdout or 0.0) - (other.holdout or 0.0))
+    if behind > tolerated or other.score <= 0:
         return False
     a, b = best.candidate.judged.basis, other.candidate.judged.basis
     shared = a.T @ b

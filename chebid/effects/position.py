@@ -13,6 +13,8 @@ from chebid.effects.motion import Motion
 from chebid.effects.units import Units
 from chebid.robots import Array
 
+_MOST = 25  # waves over the range of a joint
+
 
 @dataclass(frozen=True)
 class FrictionRipple(DryFriction):
@@ -28,7 +30,7 @@ class FrictionRipple(DryFriction):
 
     @classmethod
     def choices(cls, range_: Extent) -> dict[str, Iterable[Any]]:
-        return {"k": waves(range_, 6)}
+        return {"k": waves(range_)}
 
     def levels(self, motion: Motion) -> Array:
         return wave(self.k, motion.q[:, self.joint])
@@ -54,7 +56,7 @@ class TorqueRipple(JointEffect):
     @classmethod
     def grid(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> Grid:
         """One wave at every k, and two harmonics where the second can still be seen."""
-        ks = waves(motion_extent(motion, joint, gate), 25)
+        ks = waves(motion_extent(motion, joint, gate))
         one = [{"k": k, "harmonics": 1} for k in ks]
         return one + [{"k": k, "harmonics": 2} for k in ks if 2 * k <= ks[-1]]
 
@@ -155,10 +157,10 @@ def wave(k: float, q: Array) -> Array:
     return np.column_stack([np.cos(k * q), np.sin(k * q)])
 
 
-def waves(range_: Extent, most: int) -> list[float]:
-    """Wave numbers k, from half a wave to `most` over the range, by halves, as far as the sampling shows them."""
+def waves(range_: Extent) -> list[float]:
+    """Wave numbers k, from half a wave to 25 over the range, by halves, as far as the sampling shows them."""
     half = float(np.pi / range_.span)
-    ks = [half * n for n in range(1, 2 * most + 1)]
+    ks = [half * n for n in range(1, 2 * _MOST + 1)]
     return [k for k in ks if k * range_.top <= 0.5 * np.pi * range_.rate] or ks[:1]
 
 

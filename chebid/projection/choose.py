@@ -78,7 +78,10 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
             hint="robot motion is usually below 20 Hz; leave it out and chebid chooses it",
         )
     if fit == "smooth":
-        return _within_reach(_smooth_plan(span, bandwidth, basis), t)
+        plan = _smooth_plan(span, bandwidth, basis)
+        while plan.window and 2 * fewest_samples(t, plan.window) < plan.window * rate:  # a gap as long as a window
+            plan = _smooth_plan(span, bandwidth, basis, 2 * plan.window)
+        return _within_reach(plan, t)
     degree = max(1, round(np.pi * bandwidth * span))
     if degree <= 3 * np.sqrt(len(t)):
         return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
@@ -94,10 +97,13 @@ def _within_reach(plan: Plan, t: Array) -> Plan:
     return replace(plan, degree=min(plan.degree, limit(plan.fit, fewest_samples(t, plan.window))))
 
 
-def _smooth_plan(span: float, bandwidth: float, basis: str) -> Plan:
-    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
+def _smooth_plan(span: float, bandwidth: float, basis: str, least: float = 0.0) -> Plan:
+    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point.
+
+    The windows have `least` s.
+    """
     half_gain = bandwidth / _THREE_DB
-    window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
+    window = _fitting(span, min(span, max(_DEGREE / (1.5 * np.pi * half_gain), least)))
     degree = max(int(1.5 * np.pi * half_gain * window), 12)
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
     return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)

@@ -132,7 +132,9 @@ def _effects(s, t, x):  # type: ignore[no-untyped-def]
         for j in range(n if needs else 0):
             slips = s.mode[j] if s.mode[j] != FREE else 0
             dry = slips * w[LEVEL, j]
-            if s.mode[j] == 0:  # as much as holds it: a level that jumped at break-away would stick and slip without end
+            if (
+                s.mode[j] == 0
+            ):  # as much as holds it: a level that jumped at break-away would stick and slip without end
                 dry = min(max(w[HELD, j], -w[LEVEL, j]), w[LEVEL, j])
             w[TAU, j] = w[BIAS, j] + w[EFFECT, j] + dry
             for i in range(n):

@@ -25,6 +25,30 @@ def sines(seed: int, duration: float = 20.0, rate: float = 100.0) -> Path3:
     return multisine(seed, duration, rate, top=1.2, amplitude=0.9)
 
 
+def trapezoids(seed: int, duration: float = 20.0, rate: float = 250.0) -> Path3:
+    """To and fro at constant speed between ramps of constant acceleration, rounded over 60 ms: an industrial motion."""
+    random, step = np.random.default_rng(seed), 1e-3
+    t = np.arange(round(duration / step) + 1) * step
+    ddq = np.zeros((len(t), 2))
+    for j, top in enumerate((1.0, 1.5)):
+        start, way = 0.2, 1.0
+        while True:
+            speed, strength = top * random.uniform(0.6, 1.0), 4 * top * random.uniform(0.7, 1.0)
+            ramp, cruise = speed / strength, random.uniform(0.3, 0.7)
+            stop = start + 2 * ramp + cruise
+            if stop > duration - 0.2:
+                break
+            ddq[(t >= start) & (t < start + ramp), j] = way * strength
+            ddq[(t >= stop - ramp) & (t < stop), j] = -way * strength
+            start, way = stop + random.uniform(0.1, 0.3), -way
+    window = np.hanning(61) / np.hanning(61).sum()
+    ddq = np.column_stack([np.convolve(x, window, "same") for x in ddq.T])
+    dq = np.cumsum(ddq, axis=0) * step
+    q = np.cumsum(dq, axis=0) * step
+    every = round(1 / (rate * step))
+    return Path3(t[::every], (q - q.mean(axis=0))[::every], dq[::every], ddq[::every])
+
+
 def on(joint: int, torque: Callable[[Path3], np.ndarray]) -> Extra:
     """A torque (N,) on one joint."""
 

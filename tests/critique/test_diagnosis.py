@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from arms import make_log
-from critique.hidden import diagnosed, hidden_log, moves, named, on, sines
+from critique.hidden import diagnosed, hidden_log, moves, named, on, sines, trapezoids
 
 from chebid.critique import message
 
@@ -39,6 +39,32 @@ def test_nothing_is_missing_from_a_clean_log(motion, colour):
         d = diagnosed(hidden_log(motion(10 + seed), seed=seed, colour=colour))
         assert d.verdict.status == "nothing_missing", message(d)
         assert all(0 < size < 0.3 for size in d.verdict.smallest.values())
+
+
+@pytest.mark.parametrize("name", ["stribeck", "torque_ripple", "viscous_coupling", "spring"])
+def test_a_hidden_effect_is_named_on_an_industrial_motion(name):
+    joint, torque = HIDDEN[name]
+    assert (name, joint) in named(diagnosed(hidden_log(trapezoids(7), on(joint, torque), seed=7)))
+
+
+def test_a_free_function_of_the_torque_survives_the_noise_of_the_accelerations():
+    """A motor whose constant bends at high torque: the library has no such effect."""
+    from arms import planar_torque
+
+    def bent(p):
+        tau = planar_torque(p)[:, 1]
+        return 0.1 * tau * np.abs(tau)
+
+    d = diagnosed(hidden_log(sines(8), on(1, bent), seed=8))
+    assert (d.depends[0].joint, d.depends[0].variable) == (1, "tau")
+
+
+def test_friction_of_many_waves_is_found():
+    """Found by a probe: a grid of 6 waves over the range does not reach 17 of them."""
+    log = hidden_log(sines(5), on(0, lambda p: 0.5 * np.cos(17.0 * p.q[:, 0]) * np.sign(p.dq[:, 0])), seed=5)
+    d = diagnosed(log)
+    assert named(d)[:1] == [("friction_ripple", 0)]
+    assert d.verdict.best.effect.k == pytest.approx(17.0, rel=0.02)
 
 
 def test_load_friction_needs_the_predicted_torque():

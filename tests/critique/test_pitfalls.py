@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from arms import make_log
-from critique.hidden import COUNT, diagnosed, hidden_log, moves, named, on, sines
+from critique.hidden import COUNT, diagnosed, hidden_log, moves, named, on, sines, trapezoids
 from scipy.integrate import cumulative_trapezoid
 
 from chebid.critique import message
@@ -57,6 +57,14 @@ def test_accelerations_that_jump():
     from arms import Path3
 
     assert_not_fooled(diagnosed(hidden_log(Path3(t, q, dq, ddq), seed=1)))
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_constant_acceleration_is_no_dependence_on_it(seed):
+    """Found by a probe: what an acceleration varies with on a ramp is noise, and the error is that same noise."""
+    d = diagnosed(hidden_log(trapezoids(seed), seed=seed))
+    assert_not_fooled(d)
+    assert d.depends == ()
 
 
 @pytest.mark.parametrize("late", [1e-3, -1e-3])

@@ -36,6 +36,16 @@ def test_a_candidate_that_leaves_the_error_makes_way_for_one_that_does_not(case)
     assert verdict(case, [good]).sure
 
 
+def test_one_that_the_hold_out_speaks_for_much_louder_is_a_rival(case):
+    """Found by a probe: it counts for twice the score at most, and so a right name was no rival of a wrong one."""
+    good = case[1]
+    strong = replace(good, holdout=0.5 * good.score)
+    other = replace(good, score=0.3 * good.score, holdout=2.0 * good.score)
+    assert strong.total > other.total
+    said = verdict(case, [strong, other])
+    assert (said.best, said.sure, said.alternatives) == (strong, False, (other,))
+
+
 def test_where_every_candidate_leaves_the_error_it_is_unknown(case):
     idle = replace(case[1], ratio_after=BEFORE)
     said = verdict(case, [idle])

@@ -374,3 +374,14 @@ def test_a_plan_for_a_bandwidth_fits_its_windows(span, rate, share):
     for fit in ("smooth", "lsq"):
         plan = from_bandwidth(t, share * rate, fit)
         Operator(t, plan)  # refuses a degree that is too high
+
+
+def test_a_gap_as_long_as_a_window_widens_the_windows():
+    """Found by a probe: a joint whose encoder stood still for 0.43 s, windows of 0.35 s, and none of it in one."""
+    even = np.arange(5329) / 200
+    t = np.delete(even, slice(3450, 3536))
+    plan = from_bandwidth(t, 67.6, "smooth")
+    assert plan.window is not None and plan.window > 0.8
+    found = project(t, np.sin(2 * np.pi * 0.5 * t), plan)
+    away = np.abs(t - t[3450]) > 1.0
+    np.testing.assert_allclose(found.at(t)[away], np.sin(2 * np.pi * 0.5 * t)[away], atol=1e-4)
