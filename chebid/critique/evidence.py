@@ -140,14 +140,14 @@ class Evidence:
     def _jerk(self) -> Array:
         """Whitened columns (R, 3 J): torque of accelerations that fade after every reversal of a joint."""
         columns = []
-        for motion in self.motions:
+        for motion, mass in zip(self.motions, self._mass, strict=True):
             count = motion.q.shape[1]
             parts = []
             for j in range(count):
                 since, sign = time_since_reversal(motion, j), np.sign(motion.dq[:, j])
                 own = np.arange(count) == j
                 parts += [np.where(own, (sign * np.exp(-since / fade))[:, None], 0.0) for fade in _FADES]
-            columns.append(np.stack([self._inertial(motion, part) for part in parts], axis=2))
+            columns.append(np.stack([_times(mass, part) for part in parts], axis=2))
         return self.project(columns)
 
     @cached_property
@@ -186,19 +186,22 @@ class Evidence:
         They look like a flexible joint, or like Stribeck friction; with these columns in the model they cannot.
         """
         columns = []
-        for lost, motion in zip(self.ground.lost, self.motions, strict=True):
-            joints = np.arange(motion.q.shape[1])
-            parts = [np.where(joints == j, part, 0.0) for part in lost for j in joints]
-            columns.append(np.stack([self._inertial(motion, part) for part in parts], axis=2))
+        for lost, mass in zip(self.ground.lost, self._mass, strict=True):
+            # of each joint alone: its column of the mass matrix
+            columns.append(np.concatenate([mass * part[:, None, :] for part in lost], axis=2))
         return self.project(columns)
 
-    def _inertial(self, motion: Motion, ddq: Array) -> Array:
-        """Torque (N, J) of accelerations (N, J) beside those of the motion."""
-        more = Motion(motion.t, motion.q, motion.dq, motion.ddq + ddq)
-        theta = self.dynamics.rigid(self.theta)
-        robot = self.dynamics.robot
-        difference = robot.regressor(more.q, more.dq, more.ddq) - robot.regressor(motion.q, motion.dq, motion.ddq)
-        return np.asarray(difference @ theta)
+    @cached_property
+    def _mass(self) -> list[Array]:
+        """Mass matrices (N, J, J) along the motion of every track: the torque is affine in the accelerations."""
+        regressor, theta = self.dynamics.robot.regressor, self.dynamics.rigid(self.theta)
+        out = []
+        for motion in self.motions:
+            base = regressor(motion.q, motion.dq, motion.ddq) @ theta
+            units = np.eye(motion.q.shape[1])
+            parts = [regressor(motion.q, motion.dq, motion.ddq + unit) @ theta - base for unit in units]
+            out.append(np.stack(parts, axis=2))
+        return out
 
     @cached_property
     def residual(self) -> Array:
@@ -222,14 +225,14 @@ class Evidence:
             )
             for track in self.ground.tracks
         ]
-        pairs = list(zip(self.motions, noise, strict=True))
-        torque = self.project([-self._inertial(motion, part)[:, :, None] for motion, part in pairs])[:, 0]
+        torque = self.project([-_times(*pair)[:, :, None] for pair in zip(self._mass, noise, strict=True)])[:, 0]
         label, count = self._band, len(self._band)
         have, own = (np.bincount(label, x[:count] ** 2) for x in (self.residual, torque))
         part = np.sqrt(np.minimum(1.0, have / np.maximum(own, np.finfo(float).tiny)))
         white = np.sqrt(np.maximum(have - part**2 * own, 0.0) / np.bincount(label))
         drawn = part[label] * torque[:count] + white[label] * random.standard_normal(count)
-        return [replace(motion, ddq=motion.ddq + more) for motion, more in pairs], self._unexplained(self.padded(drawn))
+        moved = [replace(motion, ddq=motion.ddq + more) for motion, more in zip(self.motions, noise, strict=True)]
+        return moved, self._unexplained(self.padded(drawn))
 
     @cached_property
     def theta(self) -> Array:
@@ -363,6 +366,11 @@ class Evidence:
             return False
         known = (effect.name, effect.joint) in self.present
         return not known and float(rows[:, 0] @ self.residual) < 0
+
+
+def _times(mass: Array, ddq: Array) -> Array:
+    """Torque (N, J) that accelerations (N, J) take."""
+    return np.asarray(np.einsum("nji,ni->nj", mass, ddq))
 
 
 def _inverse_root(covariance: Array) -> Array:

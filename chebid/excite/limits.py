@@ -63,11 +63,12 @@ def make_limits(model: Model) -> Limits:
             place=where,
         )
     count = len(model.joints)
-    given = (section.position, section.velocity, section.acceleration)
-    each = [None if value is None else np.array(per_joint(value, count), dtype=np.float64) for value in given]
-    known = urdf_limits(model) if None in given and model.robot.type == "urdf" else (None, None, None)
-    filled = [value if value is not None else other for value, other in zip(each, known, strict=False)]
-    position, velocity, acceleration = (np.full(count, np.inf) if value is None else value for value in filled)
+    given = {name: getattr(section, name) for name in ("position", "velocity", "acceleration")}
+    known = urdf_limits(model) if None in given.values() and model.robot.type == "urdf" else {}
+    position, velocity, acceleration = (
+        known.get(name, np.full(count, np.inf)) if value is None else np.array(per_joint(value, count), dtype=float)
+        for name, value in given.items()
+    )
     limits = Limits(position, velocity, acceleration)
     if not np.isfinite(limits.stacked()).all():
         word = ("position", "velocity")[int(np.isfinite(position).all())]

@@ -41,10 +41,11 @@ def _dh_chain(
     return Chain(joints, dh_tree(table, convention, gravity))
 
 
-def urdf_limits(model: Model) -> tuple[Array, Array, None]:
-    """Positions and velocities (J,) that the URDF of a model file allows to either side; it tells no accelerations."""
+def urdf_limits(model: Model) -> dict[str, Array]:
+    """`position` and `velocity` (J,) that the URDF of a model file allows to either side; it tells no accelerations."""
     place = model.place("robot", "file", value=model.robot.file)
-    return *read_limits((model.path.parent / (model.robot.file or "")).resolve(), model.joints, place), None
+    position, velocity = read_limits((model.path.parent / (model.robot.file or "")).resolve(), model.joints, place)
+    return {"position": position, "velocity": velocity}
 
 
 @lru_cache(maxsize=8)
