@@ -174,3 +174,19 @@ def test_agrees_with_time_stepping():
     assert log.sticks[-1].all()
     errors = [np.abs(time_stepping(levels, 3.0, step)[0] - log.q_true[-1]).max() for step in (8e-4, 4e-4)]
     assert errors[0] < 2e-3 and errors[1] < 0.7 * errors[0]
+
+
+def test_chatter_ends_with_an_error_and_not_never(project):
+    """Found by the hidden-effect study: dry friction of a coupled motor turns with two joints, no event of one."""
+    from chebid.errors import NoAnswerError
+    from chebid.model import read_model
+    from chebid.model.schema import EffectSpec
+    from chebid.results import fitted_values
+    from chebid.simulate import read_reference, simulate
+
+    plain = read_model(project / "config/scara.yaml")
+    coupled = EffectSpec(effect="motor_coupling", joint="q1")
+    model = plain.model_copy(update={"effects": (*plain.effects, coupled)})
+    theta = np.append(fitted_values(plain), (0.016, 0.033, 0.084))
+    with pytest.raises(NoAnswerError, match=r"sticks and slips|cannot be followed"):
+        simulate(model, theta, read_reference(project / "data/hidden_motion_2.csv", model), seed=1)

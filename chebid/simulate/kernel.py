@@ -28,7 +28,8 @@ DRY, LOADED, INERTIAL = 1, 2, 4  # bits of an effect: dry friction; needs the mo
 MARGIN = 1e-12  # of all torques on a joint, by which its load must exceed the level for it to slip
 OK, NOT_POSITIVE, NOT_FINITE, TOO_MANY_EVENTS, STEP_TOO_SMALL, NO_FIXED_POINT = 0, 1, 2, 3, 4, 5
 _ITERATIONS = 100
-_EVENTS = 10_000  # within one control period
+_EVENTS = 300  # within one control period: a joint that turns and stops makes a few
+_TRIES = 3000  # steps within one control period: usual are less than 50
 _FAR = 1e9  # rad or m, and s: no motion
 
 Q, V, A = 0, 1, 2  # rows of a state
@@ -364,9 +365,12 @@ def _advance(s, t, length, x, states, settings):  # type: ignore[no-untyped-def]
     """Move the state x over `length` s; settings: largest step, tolerance, next step, and 3 of scratch."""
     whole, middle, end = states[0], states[1], states[2]
     clear = settings[3:]
-    events, done = 0, 0.0
+    events, tries, done = 0, 0, 0.0
     while length - done > 1e-12 * length:
         h = min(settings[2], length - done)
+        tries += 1
+        if tries > _TRIES:
+            return STEP_TOO_SMALL
         status = OK
         for part in range(3):  # the whole step, then its halves
             late, begin = h / 2 if part == 2 else 0.0, middle if part == 2 else x
