@@ -45,21 +45,12 @@ class Answer:
 
 def chebid(*arguments: object) -> Answer:
     """`chebid ARGUMENTS` in this process."""
-    from chebid.cli import main
+    from chebid.cli import run
 
     out, err = io.StringIO(), io.StringIO()
-    status: object = None
-    with (
-        mock.patch.object(sys, "argv", ["chebid", *map(str, arguments)]),
-        mock.patch.dict(os.environ),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        try:
-            main()
-        except SystemExit as stop:
-            status = stop.code
-    return Answer(int(status or 0), out.getvalue(), err.getvalue())
+    with mock.patch.dict(os.environ), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        status = run([str(argument) for argument in arguments])
+    return Answer(status, out.getvalue(), err.getvalue())
 
 
 def chebid_process(*arguments: object, cwd: Path | None = None, **environment: str) -> Answer:

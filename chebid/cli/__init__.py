@@ -44,14 +44,18 @@ def _version(version: bool = typer.Option(False, "--version", help="Print the ve
 
 def main() -> None:
     """Entry point of the console script: run, and end with the exit status of the agreement."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """`chebid ARGUMENTS` in this process: the exit status."""
     # small problems are slower on two threads than on one, and on a busy machine far slower
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
-    arguments = sys.argv[1:]
     debug, quiet = "--debug" in arguments, "--quiet" in arguments
     os.environ["CHEBID_QUIET"] = "1" if quiet else ""
     arguments = [argument for argument in arguments if argument not in ("--debug", "--quiet")]
-    sys.exit(_run(arguments, debug))
+    return _run(arguments, debug)
 
 
 def _run(arguments: list[str], debug: bool) -> int:

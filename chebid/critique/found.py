@@ -63,6 +63,11 @@ class Found:
         """Evidence of the fitted logs and of the hold-out, which counts for at most twice as much as they do."""
         return self.score + min(self.holdout or 0.0, _TRUST * max(self.score, 0.0))
 
+    @property
+    def whole(self) -> float:
+        """The same, with all that the hold-out says."""
+        return self.score + (self.holdout or 0.0)
+
 
 class Side:
     """Logs on which ratios are told: their problem, and the noise floor (J,) of its rows, if known."""

@@ -163,7 +163,7 @@ def _is_rival(best: Found, other: Found) -> bool:
     """Whether the other explains the same part of the error about as well; on the hold-out alone, if so much better."""
     alike = other.effect.name in best.effect.alike or best.effect.name in other.effect.alike
     tolerated = max(_RIVAL, _SHARE * best.total) * (ALIKE / _RIVAL if alike else 1.0)
-    behind = min(best.total - other.total, best.score - other.score + (best.holdout or 0.0) - (other.holdout or 0.0))
+    behind = min(best.total - other.total, best.whole - other.whole)
     if behind > tolerated or other.score <= 0:
         return False
     a, b = best.candidate.judged.basis, other.candidate.judged.basis
