@@ -84,10 +84,11 @@ def kept_motions() -> dict:
     return yaml.safe_load((ROOT / "data" / "motions.yaml").read_text(encoding="utf-8"))
 
 
-def test_every_motion_is_kept_beside_its_settings(settings) -> None:
+def test_every_motion_is_kept_beside_its_settings(script, settings, truth) -> None:
     """Another processor's rounding ends in another motion, of which no committed number would be true."""
-    own = settings["scara"]
-    wanted = {name: own["motion"] | special for name, special in own["motions"].items()}
+    own, model = settings["scara"], script("motion").depends_on(truth)
+    assert model["limits"]["velocity"] == [4, 8]
+    wanted = {name: own["motion"] | special | model for name, special in own["motions"].items()}
     assert {name: kept["settings"] for name, kept in kept_motions().items()} == wanted
 
 

@@ -1,8 +1,8 @@
 """An exciting motion of the SCARA: motion.py SETTINGS NAME OUT.csv; SETTINGS is JSON with the section `scara`.
 
 Motions that were found are kept in data/motions.yaml, beside the settings that they were found with: rounding, which
-is not the same on all processors, leads the search to other motions that are as good. A motion with other settings is
-searched anew; --keep searches in any case, and keeps what it finds.
+is not the same on all processors, leads the search to other motions that are as good. A motion with other settings, or
+of a model with other limits or effects, is searched anew; --keep searches in any case, and keeps what it finds.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import yaml
 from study import find_motion, sampled
 
 from chebid.files import write_with
-from chebid.model import read_model
+from chebid.model import Model, read_model
 
 KEPT = Path(__file__).resolve().parents[2] / "data" / "motions.yaml"
 
@@ -28,8 +28,8 @@ def main() -> None:
     parser.add_argument("--keep", action="store_true")
     given = parser.parse_args()
     own = given.settings["scara"]
-    wanted = own["motion"] | own["motions"][given.name]
     model = read_model(own["model"])
+    wanted = own["motion"] | own["motions"][given.name] | depends_on(model)
     kept = yaml.safe_load(KEPT.read_text(encoding="utf-8"))
     if given.keep or kept.get(given.name, {}).get("settings") != wanted:
         points, durations = find_motion(model, own["motion"], **own["motions"][given.name])
@@ -41,6 +41,12 @@ def main() -> None:
     table = sampled(model, points, durations, own["motion"]["rate"])
     write_with(given.out, lambda beside: table.to_csv(beside, index=False), force=True)
     print(f"{given.out}: {len(table)} samples")
+
+
+def depends_on(model: Model) -> dict[str, Any]:
+    """What a search takes from the model."""
+    limits = model.limits.model_dump(mode="json", exclude_none=True) if model.limits else {}
+    return {"robot": model.robot.type, "effects": [spec.effect for spec in model.effects], "limits": limits}
 
 
 def keep(motions: dict[str, Any]) -> None:
