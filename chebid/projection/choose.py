@@ -13,7 +13,7 @@ import numpy as np
 from chebid.basis import Array
 from chebid.errors import NoAnswerError, UsageError
 from chebid.projection.clock import is_uniform, rate_of
-from chebid.projection.layout import fewest_samples
+from chebid.projection.layout import usual_samples
 from chebid.projection.likelihood import Likely
 from chebid.projection.operator import Operator
 from chebid.projection.plan import Plan, limit
@@ -78,10 +78,7 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
             hint="robot motion is usually below 20 Hz; leave it out and chebid chooses it",
         )
     if fit == "smooth":
-        plan = _smooth_plan(span, bandwidth, basis)
-        while plan.window and 2 * fewest_samples(t, plan.window) < plan.window * rate:  # a gap as long as a window
-            plan = _smooth_plan(span, bandwidth, basis, 2 * plan.window)
-        return _within_reach(plan, t)
+        return _within_reach(_smooth_plan(span, bandwidth, basis), t)
     degree = max(1, round(np.pi * bandwidth * span))
     if degree <= 3 * np.sqrt(len(t)):
         return Plan(fit, basis, degree, None, np.inf, degree / (np.pi * span), f"degree = pi {bandwidth:g} Hz T")
@@ -93,17 +90,14 @@ def from_bandwidth(t: Array, bandwidth: float, fit: str = "lsq", basis: str = "c
 
 
 def _within_reach(plan: Plan, t: Array) -> Plan:
-    """The plan with a degree that the samples of every window bear."""
-    return replace(plan, degree=min(plan.degree, limit(plan.fit, fewest_samples(t, plan.window))))
+    """The plan with a degree that the samples of a usual window bear; emptier ones take what they bear."""
+    return replace(plan, degree=min(plan.degree, limit(plan.fit, usual_samples(t, plan.window))))
 
 
-def _smooth_plan(span: float, bandwidth: float, basis: str, least: float = 0.0) -> Plan:
-    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point.
-
-    The windows have `least` s.
-    """
+def _smooth_plan(span: float, bandwidth: float, basis: str) -> Plan:
+    """Penalty with its -3 dB point at the bandwidth, on windows whose degree resolves 1.5 times the half-gain point."""
     half_gain = bandwidth / _THREE_DB
-    window = _fitting(span, min(span, max(_DEGREE / (1.5 * np.pi * half_gain), least)))
+    window = _fitting(span, min(span, _DEGREE / (1.5 * np.pi * half_gain)))
     degree = max(int(1.5 * np.pi * half_gain * window), 12)
     reason = f"penalty with -3 dB at {bandwidth:g} Hz"
     return Plan("smooth", basis, degree, window if window < span else None, half_gain, bandwidth, reason)
@@ -180,7 +174,7 @@ def _resolving(t: Array, found: Likely, basis: str) -> Plan:
     while True:
         degree = max(_LEAST, int(np.ceil(np.pi * cut * window)))
         made = Plan("smooth", basis, degree, window if window < 0.75 * span else None, np.inf, cut)
-        most = limit("smooth", fewest_samples(t, made.window))
+        most = limit("smooth", usual_samples(t, made.window))
         if degree <= most or made.window is None:
             return replace(made, degree=min(degree, most))
         window *= 1.5  # a gap in the record: windows must reach across

@@ -98,12 +98,12 @@ def samples_in(t: Array, layout: Layout) -> tuple[NDArray[np.intp], NDArray[np.i
     return np.searchsorted(t, layout.start - near), np.searchsorted(t, layout.stop + near)
 
 
-def fewest_samples(t: Array, window: float | None) -> int:
-    """Samples of the emptiest window of that length in s."""
+def usual_samples(t: Array, window: float | None) -> int:
+    """Samples (median) of the windows of that length in s."""
     if window is None:
         return len(t)
     first, last = samples_in(t, divide(t, window))
-    return int(np.min(last - first))
+    return int(np.median(last - first))
 
 
 def _hop(steps: int, width: float) -> tuple[int, int]:

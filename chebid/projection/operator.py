@@ -4,6 +4,7 @@ Every command goes through it: project, derive, identify and the critique apply 
 On a uniform grid all windows are alike: they are fitted, and evaluated at the samples, as one matrix product.
 """
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +23,8 @@ from chebid.projection.quadrature import quadrature_coefficients
 from chebid.projection.series import Series
 from chebid.projection.threads import single
 
+_FEWEST = 12  # samples of a window among several that has polynomials of its own
+
 
 class Operator:
     """Projection of signals sampled at times `t` (N,) s, strictly increasing, according to `plan`."""
@@ -39,11 +42,11 @@ class Operator:
         if self.plan.fit not in FITS:
             raise UsageError(f"unknown fit {self.plan.fit!r}", hint=f"choose one of: {', '.join(FITS)}")
         first, last = self._bounds
-        fewest = int(np.min(last - first))
-        most = limit(self.plan.fit, fewest)
+        usual = int(np.median(last - first))
+        most = limit(self.plan.fit, usual)
         if self.plan.degree > most:
             raise NoAnswerError(
-                f"degree {self.plan.degree} is too high for {fewest} samples: at most {most} with fit {self.plan.fit}",
+                f"degree {self.plan.degree} is too high for {usual} samples: at most {most} with fit {self.plan.fit}",
                 hint="take a lower degree, a longer record or a higher rate; or let chebid choose (no degree)",
             )
 
@@ -69,7 +72,7 @@ class Operator:
 
     def _coefficients(self, x: Array) -> Array:
         """(W, n + 1, J) of signals (J, N)."""
-        out = np.empty((self.layout.count, self.plan.degree + 1, len(x)))
+        out = np.zeros((self.layout.count, self.plan.degree + 1, len(x)))
         if self.plan.fit == "quadrature" or (self.plan.fit == "lsq" and self.layout.count == 1):
             for window in range(self.layout.count):
                 out[window] = self._whole(self._tau(window), x[:, self._slice(window)].T)
@@ -191,5 +194,9 @@ class Operator:
         key = 0 if self._comb else window
         if key not in self._made:
             self._made.clear()  # on uneven stamps every window has its own: one is kept
-            self._made[key] = make_locals(self._tau(key), float(self.layout.half[key]), self.plan, self.family)
+            tau, half = self._tau(key), float(self.layout.half[key])
+            # a gap leaves fewer samples to some windows, or none: they bear a lower degree, or stay at the mean
+            starved = self.layout.count > 1 and len(tau) < _FEWEST
+            plan = replace(self.plan, degree=min(self.plan.degree, limit(self.plan.fit, len(tau))))
+            self._made[key] = () if starved else make_locals(tau, half, plan, self.family)
         return self._made[key]
