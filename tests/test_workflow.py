@@ -1,7 +1,6 @@
 """The workflow on very small grids, in a copy of its own: checks, restarts, reports, the same bytes twice."""
 
 import functools
-import importlib.util
 import json
 import os
 import re
@@ -9,10 +8,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 
 import pandas as pd
 import pytest
@@ -53,18 +50,6 @@ def update(config: dict, changes: dict) -> dict:
         else:
             config[key] = value
     return config
-
-
-@pytest.fixture(scope="module")
-def script(project_folder: Path) -> Callable[[str], ModuleType]:
-    def load(name: str) -> ModuleType:
-        spec = importlib.util.spec_from_file_location(name, project_folder / "workflow" / "scripts" / f"{name}.py")
-        assert spec and spec.loader
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return module
-
-    return load
 
 
 @pytest.fixture(scope="module")

@@ -1,12 +1,9 @@
 """The hidden-effect study: what is hidden, how it is judged, and what is shown of it."""
 
-import importlib.util
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import pandas as pd
 import pytest
@@ -18,25 +15,6 @@ from chebid.results import fitted_values
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM, MOTION = ROOT / "config/scara.yaml", ROOT / "data/hidden_motion_1.csv"
-
-
-@pytest.fixture(scope="module")
-def script() -> Callable[[str], ModuleType]:
-    folder = ROOT / "workflow" / "scripts"
-
-    def load(name: str) -> ModuleType:
-        sys.path.insert(0, str(folder))
-        try:
-            spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
-            assert spec and spec.loader
-            module = importlib.util.module_from_spec(spec)
-            sys.modules[name] = module
-            spec.loader.exec_module(module)
-        finally:
-            sys.path.remove(str(folder))
-        return module
-
-    return load
 
 
 def settings(*names: str) -> dict:

@@ -1,11 +1,8 @@
 """Table 1, figure 7 and the Monte-Carlo page: their scripts on small inputs, against what is known."""
 
-import importlib.util
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pandas as pd
@@ -17,25 +14,6 @@ from chebid.results import fitted_values
 from chebid.simulate import Reference
 
 ROOT = Path(__file__).resolve().parents[1]
-
-
-@pytest.fixture(scope="module")
-def script() -> Callable[[str], ModuleType]:
-    folder = ROOT / "workflow" / "scripts"
-
-    def load(name: str) -> ModuleType:
-        sys.path.insert(0, str(folder))
-        try:
-            spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
-            assert spec and spec.loader
-            module = importlib.util.module_from_spec(spec)
-            sys.modules[name] = module
-            spec.loader.exec_module(module)
-        finally:
-            sys.path.remove(str(folder))
-        return module
-
-    return load
 
 
 @pytest.fixture(scope="module")

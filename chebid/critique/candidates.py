@@ -60,11 +60,13 @@ def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool
     threshold = _threshold(evidence, families, seed)
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
     refined = [refined_candidate(evidence, candidate) for candidate in found[:_REFINED]]
-    return Ranking(tuple(sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)), threshold)
+    ranked = sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)
+    best = {candidate.key: candidate for candidate in reversed(ranked)}  # of each effect its best form
+    return Ranking(tuple(c for c in ranked if best[c.key] is c), threshold)
 
 
 def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bool) -> Iterator[list[Effect]]:
-    """Settings worth trying of every effect on every joint."""
+    """Settings worth trying of every effect on every joint; forms with other hyper-parameters apart."""
     joints = range(len(evidence.dynamics.joints))
     for name, kind in kinds.items():
         if not kind.linear or (evidence.brief and kind is TorqueDelay):
@@ -72,8 +74,11 @@ def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bo
         for joint in [None] if kind.whole_arm else joints:
             if present or (name, joint) not in evidence.present:
                 settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
-                if settings:
-                    yield list(settings)
+                forms: dict[tuple[str, ...], list[Effect]] = {}
+                for effect in settings:
+                    given = tuple(name for name, value in effect.hyper.items() if value is not None)
+                    forms.setdefault(given, []).append(effect)
+                yield from forms.values()
 
 
 def penalty(evidence: Evidence, judged: Judged, settings: int = 1) -> float:

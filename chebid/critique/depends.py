@@ -13,7 +13,6 @@ _HATS = 8
 _CHANCE = 0.98
 _DRAWS = 200
 _TAIL = 1.0  # percent at each end of a variable that share the outermost hats
-_SHAKEN = 2  # draws of the noise of the positions
 Moving = list[tuple[Motion, Array]]
 
 
@@ -63,7 +62,8 @@ def _shared(
     function of it varies with, and the residual is those same errors times the inertia.
     """
     out: dict[tuple[int, str], float] = {}
-    for motions, residual in (evidence.shaken(random) for _ in range(_SHAKEN if doubtful else 0)):
+    for noise in evidence.ground.noises if doubtful else []:
+        motions, residual = evidence.shaken(noise, random)
         moving = _moving(evidence, motions)
         for j, variable in doubtful:
             basis = evidence.beside(_rows(evidence, moving, variable, j))

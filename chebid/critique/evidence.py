@@ -35,6 +35,7 @@ _EDGE = 0.7  # of the bandwidth: accelerations beyond are near the edge of the p
 _FADES = (0.02, 0.05, 0.15)  # s: how a drive that wound up against dry friction calms down
 _EARLY = 2.5e-3  # s by which torques are logged early: half a control period of 200 Hz
 _LATE = 0.55  # sampling periods by which torques are logged late, as means over the interval before; at most _EARLY
+_DRAWS = 2  # of the noise of the positions
 _SEEN = 1e-3  # share of a column's length that must be left beside the model's columns
 
 
@@ -77,6 +78,12 @@ class Ground:
         What lies near its edge; and the jump that dry friction makes at every reversal, smoothed away by it.
         """
         return [[_edge(track), _jumps(track)] for track in self.tracks]
+
+    @cached_property
+    def noises(self) -> list[list[Array]]:
+        """Draws of the accelerations (N, J) of every track that noise of its positions makes."""
+        random = np.random.default_rng(0)
+        return [[_noise(track, random) for track in self.tracks] for _ in range(_DRAWS)]
 
 
 class Evidence:
@@ -212,19 +219,10 @@ class Evidence:
         """What the columns of the model leave of whitened rows (R,)."""
         return y - self.model @ (self.model.T @ y)
 
-    def shaken(self, random: np.random.Generator) -> tuple[list[Motion], Array]:
-        """The worst that errors of the accelerations could do: motions with those that noise of the positions makes,
-        and a residual (R,) of the torque of these and of white noise, as large in every band as that of the logs.
+    def shaken(self, noise: Sequence[Array], random: np.random.Generator) -> tuple[list[Motion], Array]:
+        """The worst that errors of the accelerations could do: motions with the noise (N, J) of every track, and a
+        residual (R,) of the torque of this and of white noise, as large in every band as that of the logs.
         """
-        noise = [
-            np.column_stack(
-                [
-                    project(p.t, p.noise * random.standard_normal(len(p.t)), p.plan, p.name).at(track.motion.t, 2)
-                    for p in track.projections
-                ]
-            )
-            for track in self.ground.tracks
-        ]
         torque = self.project([-_times(*pair)[:, :, None] for pair in zip(self._mass, noise, strict=True)])[:, 0]
         label, count = self._band, len(self._band)
         have, own = (np.bincount(label, x[:count] ** 2) for x in (self.residual, torque))
@@ -399,6 +397,15 @@ def _widened(track: Track, problem: Problem) -> Track:
 def _edge(track: Track) -> Array:
     """Accelerations (N, J) between 0.7 of the bandwidth and all of it."""
     return track.motion.ddq - np.column_stack([_below(p, track.motion.t) for p in track.projections])
+
+
+def _noise(track: Track, random: np.random.Generator) -> Array:
+    """A draw of the accelerations (N, J) that noise of the positions, as large as that found, makes."""
+    drawn = [
+        project(p.t, p.noise * random.standard_normal(len(p.t)), p.plan, p.name).at(track.motion.t, 2)
+        for p in track.projections
+    ]
+    return np.column_stack(drawn)
 
 
 def _jumps(track: Track) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.critique.evidence import Evidence
+from chebid.critique.transmission import simulated_rows
 from chebid.effects import Effect
 from chebid.equations.span import orthonormal
 
@@ -38,7 +39,7 @@ def _system(evidence: Evidence, effect: Effect | None) -> tuple[Array, Array]:
     """Whitened columns of model and effect, and torques, without what lies along what is no fault of the model."""
     W, Y = evidence.system
     if effect is not None:
-        W = np.hstack([W, evidence.columns(effect)])
+        W = np.hstack([W, simulated_rows(evidence, effect)])
     basis = orthonormal(evidence.nuisance)
     return W - basis @ (basis.T @ W), Y - basis @ (basis.T @ Y)
 

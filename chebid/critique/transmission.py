@@ -17,6 +17,7 @@ import numpy as np
 
 from chebid.basis import Array
 from chebid.critique.evidence import Evidence, Judged
+from chebid.dynamics import Dynamics
 from chebid.effects import Effect, Motion
 from chebid.effects.transmission import Backlash, JointFlexibility
 
@@ -69,6 +70,10 @@ class HangingSpring(JointFlexibility):
 
     own: float = field(default=0.0, kw_only=True, compare=False)
 
+    @property
+    def hang(self) -> Hang:
+        return _springs(np.array([self.own]))
+
 
 @dataclass(frozen=True)
 class HangingGap(Backlash):
@@ -76,13 +81,47 @@ class HangingGap(Backlash):
 
     own: float = field(default=0.0, kw_only=True, compare=False)
 
+    @property
+    def hang(self) -> Hang:
+        return _gaps(np.array([self.own]))
+
 
 def judged_hangs(evidence: Evidence, joint: int, hang: Hang) -> list[Judged]:
     """Every spring or gap as a candidate."""
-    columns = [_torques(evidence, motion, joint, hang) for motion in evidence.motions]
-    below = evidence.rows.frequency <= evidence.ground.problem.bandwidth
-    rows = evidence.project(columns) * evidence.padded(below)[:, None]
+    rows = _rows(evidence, joint, hang)
     return [_judge(evidence, joint, hang.single(k), rows[:, [k]]) for k in range(rows.shape[1])]
+
+
+def simulated_rows(evidence: Evidence, effect: Effect) -> Array:
+    """Whitened rows (R, k) of an effect: of a spring or gap what its simulation adds, of others their columns."""
+    if not isinstance(effect, HangingSpring | HangingGap):
+        return evidence.columns(effect)
+    return _rows(evidence, effect.joint, effect.hang)
+
+
+def simulated_block(dynamics: Dynamics, effect: Effect, motion: Motion, theta: Array) -> Array:
+    """The same over time (N, J, k), under parameters theta (P,) of the model without the effect."""
+    if not isinstance(effect, HangingSpring | HangingGap):
+        return dynamics.block(effect, dynamics.prepare(motion, theta))
+    return _torques(dynamics, theta, motion, effect.joint, effect.hang)
+
+
+def simulated_size(evidence: Evidence, effect: Effect) -> float | None:
+    """Parameter of a spring (its compliance) or gap that was simulated, None of other effects."""
+    if isinstance(effect, HangingGap):
+        return effect.own
+    if not isinstance(effect, HangingSpring):
+        return None
+    inertia = [
+        _inertia(evidence.dynamics, evidence.theta, m, effect.joint)[0][:, effect.joint] for m in evidence.motions
+    ]
+    return float(1 / ((2 * np.pi * effect.own) ** 2 * np.median(np.concatenate(inertia))))
+
+
+def _rows(evidence: Evidence, joint: int, hang: Hang) -> Array:
+    columns = [_torques(evidence.dynamics, evidence.theta, motion, joint, hang) for motion in evidence.motions]
+    below = evidence.rows.frequency <= evidence.ground.problem.bandwidth
+    return evidence.project(columns) * evidence.padded(below)[:, None]
 
 
 def _judge(evidence: Evidence, joint: int, hang: Hang, rows: Array) -> Judged:
@@ -115,18 +154,23 @@ def _reach(evidence: Evidence, joint: int) -> float:
     return float(np.ptp(evidence.trusted.q[:, joint]))
 
 
-def _torques(evidence: Evidence, motion: Motion, joint: int, hang: Hang) -> Array:
+def _torques(dynamics: Dynamics, parameters: Array, motion: Motion, joint: int, hang: Hang) -> Array:
     """What each transmission (K,) adds to the rigid torques: (N, J, K)."""
-    robot, theta = evidence.dynamics.robot, evidence.dynamics.rigid(evidence.theta)
-    rigid = robot.regressor(motion.q, motion.dq, motion.ddq) @ theta
-    more = motion.ddq.copy()
-    more[:, joint] += 1.0
-    inertia = robot.regressor(motion.q, motion.dq, more) @ theta - rigid
+    inertia, rigid = _inertia(dynamics, parameters, motion, joint)
     own = np.maximum(inertia[:, joint], 1e-3 * np.median(np.abs(inertia[:, joint])))
     torque, bend = _lag(motion.t, own, rigid[:, joint], hang)
     out = -inertia[:, :, None] * bend[:, None, :]
     out[:, joint] = torque - rigid[:, [joint]]
     return out
+
+
+def _inertia(dynamics: Dynamics, parameters: Array, motion: Motion, joint: int) -> tuple[Array, Array]:
+    """Column (N, J) of the mass matrix that belongs to a joint, and the rigid torque (N, J)."""
+    robot, theta = dynamics.robot, dynamics.rigid(parameters)
+    rigid = robot.regressor(motion.q, motion.dq, motion.ddq) @ theta
+    more = motion.ddq.copy()
+    more[:, joint] += 1.0
+    return robot.regressor(motion.q, motion.dq, more) @ theta - rigid, rigid
 
 
 def _lag(t: Array, inertia: Array, torque: Array, hang: Hang) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from chebid.basis import Array
 from chebid.critique.depends import Dependence
 from chebid.critique.evidence import Evidence
 from chebid.critique.found import Found
@@ -18,7 +19,10 @@ MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _SIMULATED = 2.0  # times the margin, for what accelerations near the band's edge or jerks at reversals can imitate
 _BRISTLES = 4.0  # the same, for what jerks at reversals imitate best; and twice that to be sure
-_MOSTLY = 0.75  # stability of what was found by simulating, to be believed at all
+_MOSTLY, _OFTEN = (
+    0.75,
+    0.5,
+)  # stability of what was found by simulating, to be believed; the same where a hold-out agrees
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 ALIKE = 24.0  # the same, for effects that are known to look alike
@@ -57,7 +61,8 @@ def believed(one: Found) -> bool:
         return False
     if not one.effect.linear:
         gap = isinstance(one.effect, Backlash)  # its impacts ring beyond what is judged: their share says nothing
-        return one.score > _SIMULATED * MARGIN and one.stability > _MOSTLY and (gap or one.share > _MATTERS)
+        firm = one.stability > (_MOSTLY if (one.holdout or 0.0) <= 0 else _OFTEN) or (one.holdout or 0.0) > MARGIN
+        return one.score > _SIMULATED * MARGIN and firm and (gap or one.share > _MATTERS)
     needed = MARGIN * (_BRISTLES if isinstance(one.effect, Presliding) else 1.0)
     return min(one.score, one.total) > needed and one.share > _MATTERS
 
@@ -115,7 +120,7 @@ def judge_verdict(
     )
     if on is not None and _short(max(first.score, pair), on.score) and not _halves(first, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
-    rivals = [other for other in found if other is not first and _is_rival(first, other)]
+    rivals = [other for other in found if other is not first and _is_rival(first, other, evidence.residual)]
     if best is None:
         return Verdict("unknown", False, None, (first, *rivals)[:_MOST], on, smallest)
     sure = best is strong[0] and not alone and not rivals and _is_firm(best) and not _doubtful(best, before)
@@ -159,7 +164,7 @@ def _errors(one: Found, before: Mapping[str, float | None]) -> list[tuple[float,
     return [(b, a) for joint, b in before.items() if b is not None and (a := after.get(joint)) is not None]
 
 
-def _is_rival(best: Found, other: Found) -> bool:
+def _is_rival(best: Found, other: Found, residual: Array) -> bool:
     """Whether the other explains the same part of the error about as well; on the hold-out alone, if so much better."""
     alike = other.effect.name in best.effect.alike or best.effect.name in other.effect.alike
     tolerated = max(_RIVAL, _SHARE * best.total) * (ALIKE / _RIVAL if alike else 1.0)
@@ -167,8 +172,8 @@ def _is_rival(best: Found, other: Found) -> bool:
     if behind > tolerated or other.score <= 0:
         return False
     a, b = best.candidate.judged.basis, other.candidate.judged.basis
-    shared = a.T @ b
-    return float(np.sum(shared**2)) / b.shape[1] > _SAME or other.effect.joint == best.effect.joint
+    gain, left = (float(np.sum((b.T @ y) ** 2)) for y in (residual, residual - a @ (a.T @ residual)))
+    return left < (1 - _SAME) * gain or other.effect.joint == best.effect.joint
 
 
 def detectable(evidence: Evidence, threshold: float) -> dict[str, float]:

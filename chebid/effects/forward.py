@@ -118,8 +118,11 @@ def torque_ripple(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-d
 
 @njit(FORWARD, cache=True)
 def spring(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-def]
-    """k q - kq0."""
-    return p[0] * q[joint] - p[1]
+    """k q - kq0, or k r tanh((q - q0) / r): what is not given is -inf."""
+    if math.isinf(h[0]):
+        return p[0] * q[joint] - p[1]
+    rest = 0.0 if math.isinf(h[1]) else h[1]
+    return p[0] * h[0] * math.tanh((q[joint] - rest) / h[0])
 
 
 @njit(FORWARD, cache=True)

@@ -55,8 +55,12 @@ class TorqueRipple(JointEffect):
 
     @classmethod
     def grid(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> Grid:
-        """One wave at every k, and two harmonics where the second can still be seen."""
+        """One wave at every k, and two harmonics where the second can still be seen; at least one over the range.
+
+        What does not come back within the range is no ripple: a spring, a stop, gravity.
+        """
         ks = waves(motion_extent(motion, joint, gate))
+        ks = ks[1:] or ks
         one = [{"k": k, "harmonics": 1} for k in ks]
         return one + [{"k": k, "harmonics": 2} for k in ks if 2 * k <= ks[-1]]
 
@@ -68,27 +72,49 @@ class TorqueRipple(JointEffect):
         return np.concatenate([wave(n * self.k, q) for n in range(1, self.harmonics + 1)], axis=1)
 
 
+@dataclass(frozen=True)
 class Spring(JointEffect):
-    """k (q - q0), linear in k and k q0."""
+    """k (q - q0), linear in k and k q0; or one that softens as it is stretched: k r tanh((q - q0) / r)."""
 
+    r: float | None = setting("stretch over which it softens; a linear spring if absent", "position", None, above=0)
+    q0: float | None = setting("position at rest of one that softens", "position", None)
     name = "spring"
-    formula = "k (q - q0)"
+    formula = "k (q - q0), or k r tanh((q - q0) / r)"
     sentence = "a spring pulls the joint to one position: a counterbalance, a cable, a hose"
     kind = "position"
     symbols = ("k", "kq0")
     positive = ("k",)
     alike = ("base_tilt", "cubic_spring", "hard_stop")
 
+    def __post_init__(self) -> None:
+        if self.r is not None:
+            object.__setattr__(self, "symbols", ("k",))
+
+    @classmethod
+    def grid(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> Grid:
+        """The linear spring, and softening ones: from a third of the range on, below which it would be a stop."""
+        range_ = motion_extent(motion, joint, gate)
+        rests = np.linspace(range_.low, range_.high, 5)
+        return [{}] + [{"r": r * range_.span, "q0": float(q0)} for r in (0.4, 1.0) for q0 in rests]
+
+    @classmethod
+    def refinable(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> dict[str, tuple[float, float]]:
+        range_ = motion_extent(motion, joint, gate)
+        beyond = range_.span / 4
+        return {"r": (range_.span / 3, 4 * range_.span), "q0": (range_.low - beyond, range_.high + beyond)}
+
     def units(self, units: Units) -> tuple[str, ...]:
-        return (units.per_position(), units.torque)
+        return (units.per_position(), units.torque)[: len(self.symbols)]
 
     def columns(self, motion: Motion) -> Array:
         q = motion.q[:, [self.joint]]
-        return np.concatenate([q, np.full_like(q, -1.0)], axis=1)
+        if self.r is None:
+            return np.concatenate([q, np.full_like(q, -1.0)], axis=1)
+        return self.r * np.tanh((q - (self.q0 or 0.0)) / self.r)
 
     def derived(self, values: Sequence[float], rotary: tuple[bool, ...]) -> tuple[Derived, ...]:
-        """Rest position q0."""
-        if not values[0]:
+        """Rest position q0 of a linear one."""
+        if self.r is not None or not values[0]:
             return ()
         unit = Units(rotary[self.joint]).position
         return (Derived(self.label("q0_"), float(values[1] / values[0]), unit),)
@@ -142,7 +168,7 @@ class HardStop(JointEffect):
     @classmethod
     def refinable(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> dict[str, tuple[float, float]]:
         range_ = motion_extent(motion, joint, gate)
-        return {"qs": (range_.low, range_.high), "m": (0.9, 2.0)}
+        return {"qs": (range_.low, range_.high), "m": (1.0, 2.0)}
 
     def units(self, units: Units) -> tuple[str, ...]:
         return (units.per_position(self.m),)

@@ -1,6 +1,6 @@
 """Every column against a closed form written out sample by sample: the slow twin of the library."""
 
-from math import cos, exp, pi, sin
+from math import cos, exp, pi, sin, tanh
 
 import numpy as np
 import pytest
@@ -40,6 +40,8 @@ CLOSED = [
         lambda t, q, v, a, tau, qo, vo, ao: [f(n * 3.7 * q) for n in (1, 2) for f in (cos, sin)],
     ),
     ("spring", {}, lambda t, q, v, a, tau, qo, vo, ao: [q, -1.0]),
+    ("spring", {"r": 0.6, "q0": 0.1}, lambda t, q, v, a, tau, qo, vo, ao: [0.6 * tanh((q - 0.1) / 0.6)]),
+    ("spring", {"r": 0.6}, lambda t, q, v, a, tau, qo, vo, ao: [0.6 * tanh(q / 0.6)]),
     ("cubic_spring", {"q0": 0.2}, lambda t, q, v, a, tau, qo, vo, ao: [(q - 0.2) ** 3]),
     ("hard_stop", {"qs": 0.4, "m": 1.5}, lambda t, q, v, a, tau, qo, vo, ao: [hard(q - 0.4) ** 1.5]),
     ("hard_stop", {"qs": -0.3, "s": -1}, lambda t, q, v, a, tau, qo, vo, ao: [-hard(-0.3 - q)]),

@@ -99,7 +99,7 @@ def test_bounds_of_refinement_hold_the_grid(kind):
         for name, (low, high) in bounds.items():
             hyper = kind.hypers()[name]
             assert hyper.continuous and hyper.allows(low) and hyper.allows(high) and low < high
-            assert all(low <= entry[name] <= high for entry in grid if entry[name] is not None)
+            assert all(low <= entry[name] <= high for entry in grid if entry.get(name) is not None)
 
 
 def test_grids_scale_with_the_motion():

@@ -125,6 +125,17 @@ def test_spring_rest_position(values, rest):
         assert found == ()
 
 
+@given(rest=st.floats(-1, 1), r=st.floats(0.1, 10))
+def test_a_softening_spring_is_linear_near_its_rest_and_nowhere_stiffer(rest, r):
+    linear, soft = LIBRARY["spring"](0), LIBRARY["spring"](0, r=r, q0=rest)
+    q = rest + r * np.array([-3.0, -0.5, -1e-4, 0.0, 1e-4, 0.5, 3.0])[:, None]
+    m = Motion(q[:, 0], q, 0 * q, 0 * q)
+    hard, pull = linear.columns(m) @ [2.0, 2.0 * rest], soft.columns(m) @ [2.0]
+    np.testing.assert_allclose(pull[2:5], hard[2:5], atol=1e-8 * r)  # the next term is the cube of 1e-4
+    assert (np.abs(pull[[0, 1, 5, 6]]) < np.abs(hard[[0, 1, 5, 6]])).all()
+    assert (pull * (q[:, 0] - rest) >= 0).all()
+
+
 def test_stiffness_of_a_joint():
     found = LIBRARY["joint_flexibility"](0).derived([2e-4], (True, True))
     assert (found[0].name, found[0].value, found[0].unit) == ("K1", 5000.0, "N.m/rad")
