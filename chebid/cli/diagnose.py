@@ -55,7 +55,7 @@ def diagnose(
 
 def _say_next(found: "Diagnosis", model: Path, logs: list[Path], holdout: list[Path]) -> None:
     """The command to type."""
-    from chebid.critique import label
+    from chebid.critique import failing, label
 
     joints = found.evidence.dynamics.joints
     verdict, given = found.verdict, " ".join(quoted(path) for path in logs)
@@ -73,6 +73,8 @@ def _say_next(found: "Diagnosis", model: Path, logs: list[Path], holdout: list[P
         more = "".join(f" --holdout {quoted(path)}" for path in holdout)
         new = quoted(_beside(model, verdict.best.effect.name))
         typer.echo(f"next        chebid add {quoted(model)} {name} {given}{more} -o {new}")
+    elif verdict.status == "nothing_missing" and found.holdout and failing(found.residual, found.holdout):
+        say(f"next: chebid diagnose {quoted(model)} {' '.join(map(quoted, holdout))}")
     elif verdict.status == "nothing_missing" and found.problem.model.fit is not None:
         say(f"next: chebid compare {quoted(model)} {quoted(holdout[0]) if holdout else 'LOG, of another motion'}")
 

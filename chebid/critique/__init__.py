@@ -1,6 +1,6 @@
 """Where a model fails, on what its error depends, which effects explain it, and how surely."""
 
-from chebid.critique.diagnosis import Case, Diagnosis, diagnose
+from chebid.critique.diagnosis import Case, Diagnosis, diagnose, failing
 from chebid.critique.document import diagnosis_document, effect_document, refinement_document
 from chebid.critique.evidence import Held
 from chebid.critique.found import Found
@@ -21,6 +21,7 @@ __all__ = [
     "diagnose",
     "diagnosis_document",
     "effect_document",
+    "failing",
     "held_covariance",
     "label",
     "message",

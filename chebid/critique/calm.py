@@ -53,7 +53,11 @@ def _shared(one: Found, evidence: Evidence) -> bool:
 
 
 def without_jerk(depends: list[Dependence], calm: list[Dependence]) -> list[Dependence]:
-    """Dependences with the score that they have beside the jerks, if that is lower; best first."""
-    scores = {(one.joint, one.variable): one.score for one in calm}
-    lowered = [replace(one, score=min(one.score, scores.get((one.joint, one.variable), 0.0))) for one in depends]
+    """Dependences with the score and share that they have beside the jerks, if these are lower; best first."""
+    beside = {(one.joint, one.variable): one for one in calm}
+    lowered = []
+    for one in depends:
+        other = beside.get((one.joint, one.variable))
+        score, share = (other.score, other.share) if other else (0.0, 0.0)
+        lowered.append(replace(one, score=min(one.score, score), share=min(one.share, share)))
     return sorted(lowered, key=lambda one: -one.score)

@@ -61,8 +61,13 @@ def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
     refined = [refined_candidate(evidence, candidate) for candidate in found[:_REFINED]]
     ranked = sorted([*refined, *found[_REFINED:]], key=lambda c: -c.score)
-    best = {candidate.key: candidate for candidate in reversed(ranked)}  # of each effect its best form
-    return Ranking(tuple(c for c in ranked if best[c.key] is c), threshold)
+    best = {_form(candidate): candidate for candidate in reversed(ranked)}
+    return Ranking(tuple(c for c in ranked if best[_form(c)] is c), threshold)
+
+
+def _form(candidate: Candidate) -> tuple[str, int | None, bool]:
+    """Of each effect its best form is kept; of what was simulated those on all equations and on the slow ones."""
+    return *candidate.key, getattr(candidate.effect, "slow", False)
 
 
 def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bool) -> Iterator[list[Effect]]:

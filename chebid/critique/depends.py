@@ -9,7 +9,6 @@ from chebid.critique.evidence import Evidence
 from chebid.critique.variables import Variable, hats, variables
 from chebid.effects import Motion
 
-_HATS = 8
 _CHANCE = 0.98
 _DRAWS = 200
 _TAIL = 1.0  # percent at each end of a variable that share the outermost hats
@@ -50,7 +49,8 @@ def dependences(evidence: Evidence, seed: int = 0) -> list[Dependence]:
     for j, variable, basis, score in found:
         excused = max(shared.get((j, variable.name), 0.0) - threshold, 0.0)
         told.append(Dependence(j, variable.name, score - threshold - excused, evidence.share(basis), excused))
-    return sorted(told, key=lambda d: -d.score)
+    best_of = {(d.joint, d.variable): d for d in sorted(told, key=lambda d: d.score)}  # of a coarse and a fine one
+    return sorted(best_of.values(), key=lambda d: -d.score)
 
 
 def _shared(
@@ -92,10 +92,10 @@ def _rows(evidence: Evidence, moving: Moving, variable: Variable, joint: int) ->
     low, high = np.percentile(seen, [_TAIL, 100 - _TAIL])
     columns = []
     for x, (motion, tau) in zip(values, moving, strict=True):
-        shape = hats(x, low, high, _HATS)
+        shape = hats(x, low, high, variable.hats)
         if variable.times is not None:
             shape = shape * variable.times(motion, tau)[:, None]
-        part = np.zeros((*motion.q.shape, _HATS))
+        part = np.zeros((*motion.q.shape, variable.hats))
         part[:, joint] = shape
         columns.append(part)
     return evidence.project(columns)

@@ -20,6 +20,7 @@ from chebid.estimators.problem import Problem
 from chebid.estimators.result import JointResidual
 
 _TOLD, _LESS = 1.5, 0.8  # error over noise floor, and share of it that a short lag leaves: then the lag is told
+_FAILS = 3.0  # error over noise floor on a hold-out, and times that on the fitted logs: these cannot show why
 _ELSEWHERE = 0.4, 4.0  # relative error on a hold-out, and times that of the fit: it is not of this robot
 _BAD = frozenset({"swapped", "degrees", "duplicate"})  # notices about a log that cannot be trusted at all
 _WRONG = 0.8  # relative error of every joint from which on the model is not that of this log at all
@@ -89,6 +90,8 @@ def examine(
     verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad)
     if verdict.best is not None:
         found = [verdict.best, *(one for one in found if one is not verdict.best)]
+    if verdict.status == "nothing_missing" and beside_error is not None and failing(residual, beside_error):
+        verdict = replace(verdict, sure=False)
     if case.held is not None and verdict.best is not None:
         verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
     return Diagnosis(
@@ -148,14 +151,30 @@ def _brief_lag(evidence: Evidence, before: Mapping[str, float | None]) -> list[N
 def _strange(
     holdout: Problem | None, fitted: Mapping[str, JointResidual], beside: Mapping[str, JointResidual] | None
 ) -> list[Notice]:
-    """What is wrong with the hold-out: the warnings of its logs, and that it looks like another robot's."""
+    """What the hold-out says: the warnings of its logs, that it looks like another robot's, or that the model fails."""
     if holdout is None or beside is None:
         return []
     far = [j for j, r in beside.items() if r.relative > max(_ELSEWHERE[0], _ELSEWHERE[1] * fitted[j].relative)]
     parts = ", ".join(f"{joint} {100 * beside[joint].relative:.0f} %" for joint in far)
     message = f"the model explains little of this hold-out (relative error {parts}): of another robot, or another unit?"
     place = Place(file=", ".join(str(log.path) for log in holdout.logs))
-    return [*holdout.notices, *([Notice("holdout", message, place)] if far else [])]
+    if far:
+        return [*holdout.notices, Notice("holdout", message, place)]
+    fails = [f"{j} {beside[j].ratio:.2f}, {fitted[j].ratio:.2f} on the fitted logs" for j in failing(fitted, beside)]
+    message = (
+        f"the model fails on this hold-out (error / noise floor {'; '.join(fails)}), whose motion shows what that of "
+        "the fitted logs does not: diagnose the hold-out itself, or identify from both"
+    )
+    return [*holdout.notices, *([Notice("holdout", message, place)] if fails else [])]
+
+
+def failing(fitted: Mapping[str, JointResidual], beside: Mapping[str, JointResidual]) -> list[str]:
+    """Joints whose error stands far above the noise on a hold-out, and not on the fitted logs."""
+    return [
+        joint
+        for joint, r in beside.items()
+        if r.ratio is not None and r.ratio > _FAILS * max(1.0, fitted[joint].ratio or 1.0)
+    ]
 
 
 def _floor(residual: Mapping[str, JointResidual]) -> Array | None:

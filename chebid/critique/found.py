@@ -17,7 +17,7 @@ from chebid.equations import Rows, project_columns
 from chebid.estimators.problem import Problem
 from chebid.robots import Parameter
 
-_COMPARED = 8  # candidates of which more than the score is computed
+_COMPARED = 10  # candidates of which more than the score is computed
 _GAINS = ("dZZ", "dJ", "dM")  # what a load adds to
 _SURE = 2.0  # deviations below zero
 _TRUST = 2.0  # times the score: more than that a hold-out does not count for an effect
@@ -110,18 +110,22 @@ def compare(
 ) -> list[Found]:
     """The best candidates by all the evidence, best first; what the hold-out refutes comes after what it does not."""
     top = list(candidates[:_COMPARED])
-    firm = stability(evidence, top, seed) if top else []
+    firm: dict[tuple[str, int | None], float] = {}
+    for candidate, first in zip(top, stability(evidence, top, seed) if top else [], strict=True):
+        firm[candidate.key] = firm.get(candidate.key, 0.0) + first
     beside = Holdout(evidence, held_out) if held_out is not None else None
     found = [
         _detail(
-            Found(c, c.score, _beside(beside, c.effect), first, evidence.share(c.judged.basis)),
+            Found(c, c.score, _beside(beside, c.effect), firm[c.key], evidence.share(c.judged.basis)),
             evidence,
             sides,
         )
-        for c, first in zip(top, firm, strict=True)
+        for c in top
     ]
     rest = [Found(c, c.score, None, 0.0) for c in candidates[_COMPARED:]]
-    return [*sorted(found, key=lambda f: (f.refuted, -f.total)), *rest]
+    ranked = [*sorted(found, key=lambda f: (f.refuted, -f.total)), *rest]
+    best = {one.candidate.key: one for one in reversed(ranked)}  # of two forms that which the hold-out prefers
+    return [one for one in ranked if best[one.candidate.key] is one]
 
 
 def _beside(holdout: Holdout | None, effect: Effect) -> float | None:

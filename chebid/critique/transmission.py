@@ -27,6 +27,7 @@ _GAPS = np.geomspace(1e-4, 0.03, 9)  # of the range of the joint
 _CONTACT = 60.0  # Hz: own frequency in contact, beyond what the equations see
 _SPRING_DAMPING, _CONTACT_DAMPING = 0.1, 0.5  # of the critical
 _SOFT = 0.15  # of the rms torque: over which the signature of a gap changes sides
+_SIZE, _SPREAD = (0.3, 3.0), 0.3  # of what a spring adds, in what was simulated: what is credible, and its deviation
 _FLIES = 1e3  # times the largest torque of the link: no transmission bears that
 
 
@@ -52,7 +53,7 @@ def families(evidence: Evidence, kinds: Container[str]) -> Iterator[list[Judged]
     for joint in range(len(evidence.dynamics.joints)):
         for kind, hang in ((JointFlexibility, _springs(_SPRINGS)), (Backlash, _gaps(_GAPS * _reach(evidence, joint)))):
             if kind.name in kinds and (kind.name, joint) not in evidence.present:
-                yield judged_hangs(evidence, joint, hang)
+                yield from judged_hangs(evidence, joint, hang)
 
 
 def refined_hang(evidence: Evidence, judged: Judged) -> Judged:
@@ -61,14 +62,18 @@ def refined_hang(evidence: Evidence, judged: Judged) -> Judged:
     assert isinstance(effect, HangingSpring | HangingGap) and effect.joint is not None, "one of `families`"
     around = np.geomspace(0.7, 1.45, 9)
     hang = _springs(effect.own * around) if isinstance(effect, HangingSpring) else _gaps(effect.own * around)
-    return max([judged, *judged_hangs(evidence, effect.joint, hang)], key=lambda one: one.gain)
+    return max([judged, *judged_hangs(evidence, effect.joint, hang)[effect.slow]], key=lambda one: one.gain)
 
 
 @dataclass(frozen=True)
 class HangingSpring(JointFlexibility):
-    """Joint flexibility with the link's own frequency, Hz, that the simulation found."""
+    """Joint flexibility with the link's own frequency, Hz, that the simulation found.
+
+    `slow`: only equations within the bandwidth of the positions have it, beyond which accelerations are noise.
+    """
 
     own: float = field(default=0.0, kw_only=True, compare=False)
+    slow: bool = field(default=False, kw_only=True, compare=False)
 
     @property
     def hang(self) -> Hang:
@@ -77,26 +82,33 @@ class HangingSpring(JointFlexibility):
 
 @dataclass(frozen=True)
 class HangingGap(Backlash):
-    """Backlash with the gap, rad or m, that the simulation found."""
+    """Backlash with the gap, rad or m, that the simulation found; `slow` as above."""
 
     own: float = field(default=0.0, kw_only=True, compare=False)
+    slow: bool = field(default=False, kw_only=True, compare=False)
 
     @property
     def hang(self) -> Hang:
         return _gaps(np.array([self.own]))
 
 
-def judged_hangs(evidence: Evidence, joint: int, hang: Hang) -> list[Judged]:
-    """Every spring or gap as a candidate."""
+def judged_hangs(evidence: Evidence, joint: int, hang: Hang) -> tuple[list[Judged], list[Judged]]:
+    """Every spring or gap as a candidate: on all equations, and on the slow ones."""
     rows = _rows(evidence, joint, hang)
-    return [_judge(evidence, joint, hang.single(k), rows[:, [k]]) for k in range(rows.shape[1])]
+    slow = _slow(evidence, rows)
+    each = range(rows.shape[1])
+    return (
+        [_judge(evidence, joint, hang.single(k), False, rows[:, [k]]) for k in each],
+        [_judge(evidence, joint, hang.single(k), True, slow[:, [k]]) for k in each],
+    )
 
 
 def simulated_rows(evidence: Evidence, effect: Effect) -> Array:
     """Whitened rows (R, k) of an effect: of a spring or gap what its simulation adds, of others their columns."""
     if not isinstance(effect, HangingSpring | HangingGap):
         return evidence.columns(effect)
-    return _rows(evidence, effect.joint, effect.hang)
+    rows = _rows(evidence, effect.joint, effect.hang)
+    return _slow(evidence, rows) if effect.slow else rows
 
 
 def simulated_block(dynamics: Dynamics, effect: Effect, motion: Motion, theta: Array) -> Array:
@@ -120,26 +132,43 @@ def simulated_size(evidence: Evidence, effect: Effect) -> float | None:
 
 def _rows(evidence: Evidence, joint: int, hang: Hang) -> Array:
     columns = [_torques(evidence.dynamics, evidence.theta, motion, joint, hang) for motion in evidence.motions]
+    return evidence.project(columns)
+
+
+def _slow(evidence: Evidence, rows: Array) -> Array:
+    """Rows (R, K) of the equations that lie within the bandwidth of the positions, zeros for the others."""
     below = evidence.rows.frequency <= evidence.ground.problem.bandwidth
-    return evidence.project(columns) * evidence.padded(below)[:, None]
+    return rows * evidence.padded(below)[:, None]
 
 
-def _judge(evidence: Evidence, joint: int, hang: Hang, rows: Array) -> Judged:
-    effect = _effect(evidence, joint, hang)
-    if not np.any(rows) or float(rows[:, 0] @ evidence.residual) < 0:
+def _judge(evidence: Evidence, joint: int, hang: Hang, slow: bool, rows: Array) -> Judged:
+    """A spring must add about what it was simulated to add: below its own frequency all look alike but for the size.
+
+    (Not a gap, whose impacts ring at other instants than those of the arm; nor what is left of it on slow equations.)
+    """
+    effect = _effect(evidence, joint, hang, slow)
+    basis = evidence.beside(rows) if np.any(rows) else rows[:, :0]
+    along, residual = (float(basis[:, 0] @ x) if basis.shape[1] else 0.0 for x in (rows[:, 0], evidence.residual))
+    size = residual / along if along else 0.0
+    gap = hang.gap[0] > 0
+    if not (size > 0 if gap or slow else _SIZE[0] < size < _SIZE[1]):
         return Judged(effect, np.zeros((len(rows), 0)), 0.0)
-    basis = evidence.beside(rows)
-    return Judged(effect, basis, float(np.sum((basis.T @ evidence.residual) ** 2)))
+    if gap or slow:
+        return Judged(effect, basis, residual**2)
+    # least squares with a size of 1 +- _SPREAD known beforehand
+    known = 1 / _SPREAD**2
+    best = (along * residual + known) / (along**2 + known)
+    return Judged(effect, basis, 2 * best * along * residual - (best * along) ** 2 - known * (best - 1) ** 2)
 
 
-def _effect(evidence: Evidence, joint: int, hang: Hang) -> Effect:
+def _effect(evidence: Evidence, joint: int, hang: Hang, slow: bool) -> Effect:
     gap = float(hang.gap[0])
     if not gap:
-        return HangingSpring(joint, own=float(hang.frequency[0]))
+        return HangingSpring(joint, own=float(hang.frequency[0]), slow=slow)
     tau = evidence.trusted.tau
     assert tau is not None, "the evidence gives the model's torque"
     rms = float(np.sqrt(np.mean(tau[:, joint] ** 2))) or 1.0
-    return HangingGap(joint, soft=_SOFT * rms, own=gap)
+    return HangingGap(joint, soft=_SOFT * rms, own=gap, slow=slow)
 
 
 def _springs(frequency: Array) -> Hang:

@@ -10,15 +10,20 @@ from chebid.basis import Array
 from chebid.effects import Motion
 
 Values = Callable[[Motion, Array], Array]
+_HATS, _FINE = 8, 20  # what comes and goes several times in a log needs more than what drifts
 
 
 @dataclass(frozen=True)
 class Variable:
-    """`name` for a person; `x` (N,) from a motion and the model's torque (N, J); `times` (N,) multiplies the error."""
+    """`name` for a person; `x` (N,) from a motion and the model's torque (N, J); `times` (N,) multiplies the error.
+
+    `hats`: how many functions of x; one name may stand for a coarse and a fine variable.
+    """
 
     name: str
     x: Values
     times: Values | None = None
+    hats: int = _HATS
 
     @property
     def accelerates(self) -> bool:
@@ -36,10 +41,12 @@ def variables(joint: int, joints: tuple[str, ...]) -> list[Variable]:
         Variable("dq", speed),
         Variable("ddq", lambda m, _: m.ddq[:, j]),
         Variable("t", lambda m, _: m.t),
+        Variable("t", lambda m, _: m.t, hats=_FINE),
         Variable("tau", lambda _, tau: tau[:, j]),
         Variable("q*sign(dq)", lambda m, _: m.q[:, j], sign),
         Variable("q*dq", lambda m, _: m.q[:, j], speed),
         Variable("t*sign(dq)", lambda m, _: m.t, sign),
+        Variable("t*sign(dq)", lambda m, _: m.t, sign, _FINE),
         Variable("t*dq", lambda m, _: m.t, speed),
         Variable("abs(tau)*sign(dq)", lambda _, tau: np.abs(tau[:, j]), sign),
         Variable("abs(tau)*dq", lambda _, tau: np.abs(tau[:, j]), speed),

@@ -35,8 +35,9 @@ _HIGH, _LARGE = 1.5, 2.0  # error over noise floor: from which on silence is not
 _BLATANT = 3.0  # error over noise floor that no coloured noise makes: something is missing
 _NEARLY, _MUCH, _GROWN = 0.95, 0.85, 1.3  # of the error before: nearly all of it, much of it, a joint made worse
 _HALF = 0.5  # of the error before: what leaves less is not outdone by a function that explains no torque
-# just after a reversal the joint jerks as its drive winds up against dry friction, faster than any projection passes
-_SERVO = frozenset({"distance since reversal"})
+# just after a reversal the joint jerks as its drive winds up against dry friction, faster than any projection passes:
+# that makes up to a quarter of a squared residual with nothing missing
+_SERVO, _MOST_OF_IT = frozenset({"distance since reversal"}), 0.4
 
 
 @dataclass(frozen=True)
@@ -75,11 +76,11 @@ def outdone(found: Sequence[Found], depends: Sequence[Dependence]) -> bool:
 
 def is_telling(depends: Sequence[Dependence]) -> list[Dependence]:
     """Dependences that are more than chance, large enough to matter, and not the doing of the drive."""
-    return [one for one in depends if _tells(one, one.score)]
+    return [one for one in depends if one.score > MARGIN and one.share > _least_share(one)]
 
 
-def _tells(one: Dependence, score: float) -> bool:
-    return one.variable not in _SERVO and score > MARGIN and one.share > _MATTERS
+def _least_share(one: Dependence) -> float:
+    return _MOST_OF_IT if one.variable in _SERVO else _MATTERS
 
 
 def _short(score: float, free: float) -> bool:
@@ -116,7 +117,9 @@ def judge_verdict(
         return Verdict(status, sure, None, tuple(nearest[:_MOST]), on, smallest)
     first = best or strong[0]
     alone = any(
-        _tells(one, whole) and _short(first.score, whole) for one in depends if (whole := one.score + one.excused)
+        whole > MARGIN and one.share > _MATTERS and _short(first.score, whole)
+        for one in depends
+        if (whole := one.score + one.excused)
     )
     if on is not None and _short(max(first.score, pair), on.score) and not _halves(first, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)

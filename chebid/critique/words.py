@@ -1,6 +1,6 @@
 """The verdict in words."""
 
-from chebid.critique.diagnosis import Diagnosis
+from chebid.critique.diagnosis import Diagnosis, failing
 from chebid.critique.found import Found
 from chebid.effects import Effect, Units
 
@@ -74,6 +74,12 @@ def _nothing(d: Diagnosis) -> list[str]:
         f"{value:.2g} {Units(turns).torque.replace('.', '·')} rms on {joint}"
         for (joint, value), turns in zip(d.verdict.smallest.items(), rotary, strict=True)
     ]
+    fails = failing(d.residual, d.holdout) if d.holdout else []
+    if fails:
+        return [
+            "nothing is missing that these logs can show;",
+            f"but the model fails on the hold-out, on {', '.join(fails)}: diagnose the hold-out itself.",
+        ]
     high = [f"{joint} ({r.ratio:.1f} times)" for joint, r in d.residual.items() if r.ratio and r.ratio >= 1.5]
     if high:
         late = any(notice.kind == "torque_lag" for notice in d.notices)

@@ -64,6 +64,11 @@ class TorqueRipple(JointEffect):
         one = [{"k": k, "harmonics": 1} for k in ks]
         return one + [{"k": k, "harmonics": 2} for k in ks if 2 * k <= ks[-1]]
 
+    @classmethod
+    def refinable(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> dict[str, tuple[float, float]]:
+        ks = [entry["k"] for entry in cls.grid(motion, joint, gate)]
+        return {"k": (0.75 * min(ks), 2 * max(ks))}
+
     def units(self, units: Units) -> tuple[str, ...]:
         return (units.torque,) * len(self.symbols)
 

@@ -15,24 +15,27 @@ MASS, VISCOUS, COULOMB = 20.0, 30.0, 5.0  # kg, N.s/m, N
 WAVES = np.array([[0.11, 0.21, 0.4], [0.37, 0.13, 1.9], [0.83, 0.06, 3.1], [1.7, 0.02, 0.8], [2.9, 0.008, 5.0]])
 
 
-def motor(t):
+OTHER = np.array([[0.17, 0.16, 1.1], [0.29, 0.17, 2.4], [0.71, 0.05, 0.2], [1.9, 0.018, 3.8], [3.3, 0.006, 1.0]])
+
+
+def motor(t, waves=WAVES):
     """Position, velocity and acceleration of the motor: five sines of (Hz, m, rad)."""
-    w, size, phase = 2 * np.pi * WAVES[:, 0], WAVES[:, 1], WAVES[:, 2]
+    w, size, phase = 2 * np.pi * waves[:, 0], waves[:, 1], waves[:, 2]
     angle = np.multiply.outer(np.asarray(t), w) + phase
     return (size * np.sin(angle)).sum(-1), (size * w * np.cos(angle)).sum(-1), (-size * w**2 * np.sin(angle)).sum(-1)
 
 
-def hung_log(stiffness: float, damping: float, gap: float, seed: int = 0, noise: float = 1.0):
+def hung_log(stiffness: float, damping: float, gap: float, seed: int = 0, noise: float = 1.0, waves=WAVES):
     """Motor positions and forces of a mass that hangs on its motor, integrated by scipy."""
     t = np.arange(2001) / 100
 
     def force(time, x, speed):
-        q, dq, _ = motor(time)
+        q, dq, _ = motor(time, waves)
         lag = q - x
         beyond = lag - np.clip(lag, -gap / 2, gap / 2)
         return np.where(beyond != 0, stiffness * beyond + damping * (dq - speed), 0.0)
 
-    q, dq, ddq = motor(t)
+    q, dq, ddq = motor(t, waves)
     start = MASS * ddq[0] / stiffness + np.sign(ddq[0]) * gap / 2  # wound up, so that nothing rings
     done = solve_ivp(
         lambda time, s: [s[1], float(force(time, s[0], s[1])) / MASS],
@@ -92,6 +95,35 @@ def test_a_gap_is_named_and_not_a_spring():
     assert d.verdict.status == "missing"
     assert d.verdict.best.effect.name == "backlash"
     assert "joint_flexibility" not in {one.effect.name for one in d.verdict.alternatives}
+
+
+@pytest.mark.parametrize(
+    ("name", "hung"),
+    [
+        ("joint_flexibility", {"stiffness": MASS * (2 * np.pi * 9.0) ** 2, "damping": 100.0, "gap": 0.0}),
+        ("backlash", {"stiffness": MASS * (2 * np.pi * 80.0) ** 2, "damping": 16000.0, "gap": 6e-3}),
+    ],
+)
+def test_what_was_simulated_predicts_another_motion(name, hung):
+    """Its parameter is that of the arm: on the hold-out it is simulated again, with what was found."""
+    problem = Problem(make_model(STAGE), (hung_log(**hung),))
+    case = Case(
+        problem,
+        estimate(problem, "poly").theta,
+        holdout=Problem(problem.model, (hung_log(**hung, seed=1, waves=OTHER),)),
+    )
+    best = diagnose(case, KINDS).verdict.best
+    assert best.effect.name == name
+    assert best.holdout > 24  # twice the margin
+    true = 1 / hung["stiffness"] if name == "joint_flexibility" else hung["gap"]
+    assert best.parameters[0].value == pytest.approx(
+        true, rel=0.25
+    )  # found on a grid, with a damping that is not its own
+    wrong = Problem(problem.model, (hung_log(hung["stiffness"] * 20, hung["damping"], 0.0, seed=1, waves=OTHER),))
+    stiff = diagnose(Case(problem, case.theta, holdout=wrong), KINDS)
+    assert all(
+        one.refuted for one in stiff.found if one.effect.name == name and one.holdout is not None and one.score > 24
+    )
 
 
 def test_a_stiff_link_hangs_on_nothing():
