@@ -87,7 +87,8 @@ def examine(
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
     before = {joint: r.ratio for joint, r in residual.items()}
-    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad)
+    elsewhere_ratio = None if beside_error is None else {joint: r.ratio for joint, r in beside_error.items()}
+    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad, elsewhere_ratio)
     if verdict.best is not None:
         found = [verdict.best, *(one for one in found if one is not verdict.best)]
     if verdict.status == "nothing_missing" and beside_error is not None and failing(residual, beside_error):

@@ -151,7 +151,8 @@ def _detail(one: Found, evidence: Evidence, sides: Sides) -> Found:
         )
         # simulated impacts ring at the wrong instants: likelier where the noise is small, yet no smaller an error
         worse = one.effect.linear and _worse(one, before, after)
-        refuted = one.refuted or (not one.effect.once and (_denied(one) or worse))
+        denied = _denied(one) and not _better(before, after)
+        refuted = one.refuted or (not one.effect.once and (denied or worse))
         more = replace(one, holdout_ratio_after=after, refuted=refuted)
     return replace(more, parameters=parameters, ratio_after=sides.fitted.ratios(rows.Y - X @ theta))
 
@@ -172,13 +173,23 @@ def _denied(one: Found) -> bool:
     return (one.holdout or 0.0) < -max(least, share * one.score)
 
 
+def _better(before: dict[str, float | None], after: dict[str, float | None]) -> bool:
+    """Whether the errors of all joints on the hold-out, multiplied, became clearly smaller."""
+    return float(np.prod(_growths(before, after))) < 1 / _RUINED
+
+
+def _growths(before: dict[str, float | None], after: dict[str, float | None]) -> list[float]:
+    """Error after by error before, of every joint where both are known."""
+    pairs = ((value, after[joint]) for joint, value in before.items())
+    return [a / b for b, a in pairs if b and a is not None]
+
+
 def _worse(one: Found, before: dict[str, float | None], after: dict[str, float | None]) -> bool:
     """Whether the error on the hold-out grew: of any joint; of all together, where the hold-out is likelier with it.
 
     (What is missing on one joint is made up for by parameters that others share: put right, these may lose a little.)
     """
-    pairs = ((value, after[joint]) for joint, value in before.items())
-    grown = [a / b for b, a in pairs if b and a is not None]
+    grown = _growths(before, after)
     if (one.holdout or 0.0) <= 0:
         return max(grown, default=0.0) > _WORSE
     return float(np.prod(grown)) > _RUINED

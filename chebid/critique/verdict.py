@@ -95,11 +95,13 @@ def judge_verdict(
     pair: float,
     before: Mapping[str, float | None],
     bad: bool,
+    elsewhere: Mapping[str, float | None] | None = None,
 ) -> Verdict:
     """The verdict on ranked candidates and dependences.
 
     `pair`: score of the best candidate with another beside it; `before`: error over the noise floor, by joint. A
     candidate that leaves nearly all of a large error is not what is missing; silence beside one is not sure.
+    `elsewhere`: the same on the hold-out; what halves every large error there is not outdone by a free function.
     """
     smallest = detectable(evidence, threshold)
     telling = is_telling(depends)
@@ -121,7 +123,9 @@ def judge_verdict(
         for one in depends
         if (whole := one.score + one.excused)
     )
-    if on is not None and _short(max(first.score, pair), on.score) and not _halves(first, before):
+    predicts = elsewhere is not None and _halves(first.holdout_ratio_after, elsewhere)
+    short = on is not None and _short(max(first.score, pair), on.score)
+    if short and not predicts and not _halves(first.ratio_after, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found if other is not first and _is_rival(first, other, evidence.residual)]
     if best is None:
@@ -148,9 +152,9 @@ def _idle(one: Found, before: Mapping[str, float | None]) -> bool:
     return any(b > _LARGE for b, _ in pairs) and all(a > _NEARLY * b for b, a in pairs)
 
 
-def _halves(one: Found, before: Mapping[str, float | None]) -> bool:
-    """Whether a candidate takes away half of every large error, and there is one."""
-    large = [(b, a) for b, a in _errors(one, before) if b > _LARGE]
+def _halves(after: Mapping[str, float | None] | None, before: Mapping[str, float | None]) -> bool:
+    """Whether half of every large error is taken away, and there is one."""
+    large = [(b, a) for b, a in _pairs(after, before) if b > _LARGE]
     return bool(large) and all(a < _HALF * b for b, a in large)
 
 
@@ -163,7 +167,11 @@ def _doubtful(one: Found, before: Mapping[str, float | None]) -> bool:
 
 def _errors(one: Found, before: Mapping[str, float | None]) -> list[tuple[float, float]]:
     """Error over the noise floor of every joint, without the candidate and with it, where both are known."""
-    after = one.ratio_after or {}
+    return _pairs(one.ratio_after, before)
+
+
+def _pairs(after: Mapping[str, float | None] | None, before: Mapping[str, float | None]) -> list[tuple[float, float]]:
+    after = after or {}
     return [(b, a) for joint, b in before.items() if b is not None and (a := after.get(joint)) is not None]
 
 

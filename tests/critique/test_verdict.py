@@ -6,7 +6,7 @@ import pytest
 from critique.hidden import diagnosed, hidden_log, on, sines
 
 from chebid.critique.depends import Dependence
-from chebid.critique.found import _denied, _worse
+from chebid.critique.found import _better, _denied, _worse
 from chebid.critique.verdict import judge_verdict
 
 
@@ -102,3 +102,18 @@ def test_the_drive_may_jerk_at_reversals_but_not_make_most_of_the_error(case):
     assert (said.status, said.sure, said.depends) == ("unknown", True, seal)
     named = verdict(case, [case[1]], depends=[jerk])  # which nothing here makes sure of
     assert (named.status, named.sure) == ("missing", False)
+
+
+def test_what_predicts_the_hold_out_is_not_outdone_by_a_free_function(case):
+    """Found by a probe: accelerations that a trapezoid rounds off outdid what took 13 times the floor to 1."""
+    half = replace(case[1], ratio_after={"q1": 1.0, "q2": 2.1}, holdout=200.0, holdout_ratio_after={"q1": 1, "q2": 1.1})
+    free = Dependence(1, "ddq", 10 * half.score, 0.5)
+    said = judge_verdict(case[0], [half], [free], 0.0, 0.0, BEFORE, False, {"q1": 1.0, "q2": 13.3})
+    assert (said.status, said.sure, said.best) == ("missing", False, half)
+    assert judge_verdict(case[0], [half], [free], 0.0, 0.0, BEFORE, False, {"q1": 1, "q2": 2}).status == "unknown"
+
+
+def test_a_likelihood_does_not_deny_what_lessens_the_error():
+    """Found by a probe: Stribeck friction that took 40 % off the error of the hold-out, where noise was coloured."""
+    assert _better({"q3": 1.0046, "q1": None}, {"q3": 0.604, "q1": 1.0})
+    assert not _better({"q1": 1.0}, {"q1": 0.95})
