@@ -93,6 +93,9 @@ def examine(
         found = [verdict.best, *(one for one in found if one is not verdict.best)]
     if verdict.status == "nothing_missing" and beside_error is not None and failing(residual, beside_error):
         verdict = replace(verdict, sure=False)
+    lag = _brief_lag(evidence, before)
+    if lag and verdict.status == "missing":
+        verdict = replace(verdict, sure=False)  # the lag first: what it leaves may be nothing
     if case.held is not None and verdict.best is not None:
         verdict = replace(verdict, changed=not _structural(verdict.best.effect, evidence, ranking.threshold))
     return Diagnosis(
@@ -105,7 +108,7 @@ def examine(
         depends=tuple(d for d in depends if d.score > 0),
         found=tuple(found),
         verdict=verdict,
-        notices=(*problem.notices, *_brief_lag(evidence, before), *_strange(case.holdout, residual, beside_error)),
+        notices=(*problem.notices, *lag, *_strange(case.holdout, residual, beside_error)),
     )
 
 

@@ -29,10 +29,12 @@ def _missing(d: Diagnosis) -> list[str]:
     if rivals:
         listed = ", ".join([name, *rivals])
         return [f"{head}; these explain it about equally well on these logs: {listed}.", _left(d, best)]
-    return [f"{head}, most likely {name} ({best.effect.sentence}), but not surely: {_doubt(best)}.", _left(d, best)]
+    return [f"{head}, most likely {name} ({best.effect.sentence}), but not surely: {_doubt(d, best)}.", _left(d, best)]
 
 
-def _doubt(best: Found) -> str:
+def _doubt(d: Diagnosis, best: Found) -> str:
+    if any(notice.kind == "torque_lag" for notice in d.notices):
+        return "the lag told under DATA makes much of the error, and comes first"
     if best.stability < 0.9:
         return f"it comes first in {100 * best.stability:.0f} % of the re-weighted logs"
     if best.holdout is not None and best.holdout < 0:

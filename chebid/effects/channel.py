@@ -12,15 +12,23 @@ from chebid.effects.motion import Motion
 from chebid.effects.units import Units
 from chebid.robots import Array
 
+_LAGS = (0.003, 0.006, 0.012, 0.025, 0.05)  # s
 _BESIDE = 3  # samples at each side
 _CLOSE = 2e-3  # of the limit: samples that near are at it
 
 
+@dataclass(frozen=True)
 class TorqueDelay(ArmEffect):
-    """-delay d(model's torque)/dt on all joints: the torque column lags the motion."""
+    """-delay d(model's torque)/dt on all joints: the torque column lags the motion.
 
+    A lag that is not short beside the motion wants the difference over a time `d` instead of the derivative; where the
+    torque is no more than late, the delay comes out as `d`.
+    """
+
+    d: float | None = setting("time over which the change of the torque is taken; its derivative if absent", "s", None,
+                              above=0)  # fmt: skip
     name = "torque_delay"
-    formula = "-delay d(model's torque)/dt, all joints"
+    formula = "-delay d(model's torque)/dt, or -delay (its change over d)/d, all joints"
     sentence = "the logged torque comes later than the motion it belongs to"
     kind = "channel"
     symbols = ("delay",)
@@ -35,12 +43,25 @@ class TorqueDelay(ArmEffect):
     def forward(self) -> str:
         return ""  # the log is delayed, not the robot
 
+    @classmethod
+    def grid(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> Grid:
+        """Short, and lags of several samples."""
+        step = float(np.median(np.diff(motion.t)))
+        return [{}] + [{"d": d} for d in _LAGS if d >= 2 * step]
+
+    @classmethod
+    def refinable(cls, motion: Motion, joint: int | None, gate: float = 0.0) -> dict[str, tuple[float, float]]:
+        return {"d": (_LAGS[0] / 2, 2 * _LAGS[-1])}
+
     def units(self, units: Units) -> tuple[str, ...]:
         return ("s",)
 
     def block(self, motion: Motion) -> Array:
         assert motion.tau is not None, "Dynamics completes the motion"
-        return -np.gradient(motion.tau, motion.t, axis=0)[:, :, None]
+        if self.d is None:
+            return -np.gradient(motion.tau, motion.t, axis=0)[:, :, None]
+        before = np.column_stack([np.interp(motion.t - self.d, motion.t, tau) for tau in motion.tau.T])
+        return (before - motion.tau)[:, :, None] / self.d
 
 
 class TorqueGain(JointEffect):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from arms import make_log, multisine
 from critique.hidden import diagnosed, hidden_log, moves, named, on, sines, trapezoids
+from scipy.signal import lfilter
 
 from chebid.critique import message
 
@@ -120,6 +121,19 @@ def test_a_push_is_not_expected_in_the_hold_out():
     d = diagnosed(hidden_log(sines(5), on(joint, torque), seed=3), hidden_log(moves(6), seed=4))
     assert named(d)[0] == ("external_push", 0)
     assert abs(d.verdict.best.holdout) < 5  # only what the other parameters become
+
+
+def test_a_lag_that_is_long_beside_the_motion_is_named():
+    """Found by the blind study: a drive's filter of 20 ms, whose derivative explained nothing, called a coupling."""
+    from arms import planar_torque
+
+    def late(p):
+        true, pole = planar_torque(p), np.exp(-0.01 / 0.02)
+        return np.array(lfilter([1 - pole], [1, -pole], true - true[0], axis=0)) + true[0] - true
+
+    d = diagnosed(hidden_log(moves(5), late, seed=3))
+    assert named(d)[0] == ("torque_delay", None)
+    assert d.verdict.best.parameters[0].value == pytest.approx(0.02, rel=0.4)  # of a filter, in terms of a delay
 
 
 def test_friction_that_comes_and_goes_with_time_is_told():

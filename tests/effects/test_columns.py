@@ -99,6 +99,13 @@ def test_torque_delay_is_the_derivative_of_the_models_torque():
     assert np.abs(columns - wanted)[1:-1].max() < 27 * 0.005**2 / 6 * 1.01
 
 
+def test_torque_delay_over_a_time_is_exact_for_a_torque_that_is_that_late():
+    t, late = np.arange(2001) / 200, 0.015  # three samples: nothing to interpolate
+    state, rough = np.zeros((2001, 2)), np.random.default_rng(0).standard_normal((2001, 2))
+    block = LIBRARY["torque_delay"](d=late).block(Motion(t, state, state, state, rough))[:, :, 0]
+    np.testing.assert_allclose((rough + late * block)[3:], rough[:-3], atol=1e-9)  # rounding of t - d
+
+
 def test_payload_on_a_scara_is_a_mass_on_its_second_link():
     """A point mass at (x, y) of link 2, by Lagrange's equations in the plane, from t0 on."""
     mass, length, x, y, m = 1.3, 0.4, 0.25, -0.1, smooth(5, count=200)
