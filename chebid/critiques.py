@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from chebid.critique import (
     held_covariance,
     label,
     message,
+    on_floor,
     settle_hyper,
 )
 from chebid.critique.document import effect_document
@@ -70,7 +71,10 @@ def _refuse_seen(logs: list[Log], seen: Set[str]) -> None:
 
 @dataclass(frozen=True)
 class Addition:
-    """A model before and after effects were added: both fits on the logs, and both errors on the hold-out."""
+    """A model before and after effects were added: both fits on the logs, and both errors on the hold-out.
+
+    All ratios are over the noise floor of the model after: what the effects explain was no noise.
+    """
 
     model: Model
     problem: Problem
@@ -107,6 +111,7 @@ def add_effects(model: Model, asked: Sequence[str], paths: Sequence[Path], holdo
     problem = start.under(grown)
     after = estimate(problem, method)
     names = tuple(spec.effect if spec.joint is None else f"{spec.effect}:{spec.joint}" for spec in specs)
+    before = replace(before, residual=on_floor(before.residual, after.residual))
     told = _held_out(start, problem, before.theta, after.theta, beside)
     notices = tuple(dict.fromkeys(after.notices))
     return Addition(grown, problem, names, before, after, told, notices)
@@ -124,6 +129,7 @@ def _held_out(
     first = judge(other, other.rows, start.dynamics.elsewhere(before))
     more = other.under(problem.model, problem.dynamics)
     last = judge(more, more.rows, problem.dynamics.elsewhere(after))
+    first = on_floor(first, last)
     return {
         joint: {"before": residual_document(first[joint]), "after": residual_document(last[joint])} for joint in first
     }

@@ -44,3 +44,11 @@ def test_files_named_in_the_readme_exist() -> None:
     for name in re.findall(r"\]\(((?!http)[^)#]+)\)|src=\"([^\"]+)\"", README.read_text(encoding="utf-8")):
         path = next(filter(None, name))
         assert (root / path).exists(), path
+
+
+def test_every_effect_is_in_the_readme() -> None:
+    from chebid.effects import LIBRARY
+
+    text = README.read_text(encoding="utf-8")
+    missing = [name for name, kind in LIBRARY.items() if f"| `{name}` | {kind.formula} | {kind.sentence} |" not in text]
+    assert not missing

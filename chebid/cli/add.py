@@ -57,7 +57,8 @@ def add(
 
     show_addition(done)
     if out:
-        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {' '.join(map(quoted, logs))}")
+        more = "".join(f" --holdout {quoted(path)}" for path in holdout or [])
+        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {' '.join(map(quoted, logs))}{more}")
 
 
 def _is_log(name: str) -> bool:

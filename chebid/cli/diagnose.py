@@ -80,4 +80,4 @@ def _say_next(found: "Diagnosis", model: Path, logs: list[Path], holdout: list[P
 
 
 def _beside(model: Path, word: str) -> Path:
-    return Path(f"{model.stem}_{word}.yaml")
+    return model.with_name(f"{model.stem}_{word}.yaml")

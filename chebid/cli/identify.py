@@ -77,7 +77,7 @@ def identify(
         emit_json(documents if method == "all" else documents[0])
     else:
         show_estimates(found)
-        _say_next(found, out)
+        _say_next(found, out, log)
 
 
 def _all(problem: "Problem") -> "list[Estimate]":
@@ -96,8 +96,9 @@ def _all(problem: "Problem") -> "list[Estimate]":
     return found
 
 
-def _say_next(found: "list[Estimate]", out: Path | None) -> None:
-    from chebid.cli.common import say
+def _say_next(found: "list[Estimate]", out: Path | None, logs: list[Path]) -> None:
+    from chebid.cli.common import quoted, say
 
     if out and len(found) == 1:
-        say(f"wrote {out}; next: chebid compare {out} LOG (one that was not identified on)")
+        given = " ".join(quoted(path) for path in logs)
+        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {given} --holdout LOG (along another motion)")

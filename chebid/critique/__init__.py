@@ -5,7 +5,7 @@ from chebid.critique.document import diagnosis_document, effect_document, refine
 from chebid.critique.evidence import Held
 from chebid.critique.found import Found
 from chebid.critique.kinds import candidate_kinds
-from chebid.critique.refine import Refinement, Step, held_covariance, refine, settle_hyper
+from chebid.critique.refine import Refinement, Step, held_covariance, on_floor, refine, settle_hyper
 from chebid.critique.verdict import Verdict
 from chebid.critique.words import label, message
 
@@ -25,6 +25,7 @@ __all__ = [
     "held_covariance",
     "label",
     "message",
+    "on_floor",
     "refine",
     "refinement_document",
     "settle_hyper",

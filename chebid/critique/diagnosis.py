@@ -89,8 +89,8 @@ def examine(
     before = {joint: r.ratio for joint, r in residual.items()}
     elsewhere_ratio = None if beside_error is None else {joint: r.ratio for joint, r in beside_error.items()}
     verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad, elsewhere_ratio)
-    if verdict.best is not None:
-        found = [verdict.best, *(one for one in found if one is not verdict.best)]
+    # what a person reads from the top: what was named, other evidence, what was refuted, what chance explains
+    found = sorted(found, key=lambda f: (f is not verdict.best, f.score <= 0, f.refuted))
     if verdict.status == "nothing_missing" and beside_error is not None and failing(residual, beside_error):
         verdict = replace(verdict, sure=False)
     lag = _brief_lag(evidence, before)
@@ -104,7 +104,7 @@ def examine(
         evidence=evidence,
         residual=residual,
         holdout=beside_error,
-        cells=tuple(where(evidence, case.theta)),
+        cells=tuple(where(evidence, case.theta, list(before.values()))),
         depends=tuple(d for d in depends if d.score > 0),
         found=tuple(found),
         verdict=verdict,

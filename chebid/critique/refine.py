@@ -160,15 +160,16 @@ def _one_floor(steps: list[Step]) -> list[Step]:
     floors = last.estimate.residual, last.diagnosis.holdout
     out = []
     for step in steps:
-        fitted = replace(step.estimate, residual=_on_floor(step.estimate.residual, floors[0]))
+        fitted = replace(step.estimate, residual=on_floor(step.estimate.residual, floors[0]))
         beside = step.diagnosis.holdout
-        told = beside if beside is None or floors[1] is None else _on_floor(beside, floors[1])
-        diagnosis = replace(step.diagnosis, residual=_on_floor(step.diagnosis.residual, floors[0]), holdout=told)
+        told = beside if beside is None or floors[1] is None else on_floor(beside, floors[1])
+        diagnosis = replace(step.diagnosis, residual=on_floor(step.diagnosis.residual, floors[0]), holdout=told)
         out.append(Step(step.effect, fitted, diagnosis))
     return out
 
 
-def _on_floor(residual: Mapping[str, JointResidual], last: Mapping[str, JointResidual]) -> dict[str, JointResidual]:
+def on_floor(residual: Mapping[str, JointResidual], last: Mapping[str, JointResidual]) -> dict[str, JointResidual]:
+    """Errors against the noise floor of another model of the same logs."""
     return {
         joint: replace(r, floor=last[joint].floor, floor_kind=last[joint].floor_kind) for joint, r in residual.items()
     }

@@ -25,7 +25,8 @@ def implausible(problem: Problem, found: Solution) -> list[Notice]:
         value, sd = float(found.theta[i]), float(found.covariance[i, i]) ** 0.5
         if p.name in positive and value < -_SURE * sd:
             text = (
-                f"{p.name} is {value:.3g} {p.unit}; no real robot has it below zero: columns exchanged, a wrong sign?"
+                f"{p.name} is {value:.3g} {p.unit}; no real robot has it below zero: "
+                "columns exchanged, a wrong sign, or an effect that is not there?"
             )
             out.append(Notice("implausible", text, Place(file=str(problem.logs[0].path))))
     return out

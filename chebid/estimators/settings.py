@@ -70,8 +70,11 @@ def method_settings(model: Model, method: Method, schema: type[S]) -> S:
         key = ".".join(["methods", method, *map(str, first["loc"])])
         value = None if first["type"] == "missing" else first.get("input")
         known = ", ".join(schema.model_fields)
+        lacks = first["type"] == "missing"
         raise InputError(
-            first["msg"],
-            hint=f"known keys of {method} are: {known}",
+            f"the method needs {key}" if lacks else first["msg"],
+            hint=f"write it into the model file; keys of {method}: {known}"
+            if lacks
+            else f"known keys of {method} are: {known}",
             place=Place(file=str(model.path), key=key, value=value),
         ) from None

@@ -123,7 +123,7 @@ class Table:
                 "the file has no header line: write the names above the data, or refer to 'column 1', 'column 2', ..."
             )
         some = ", ".join(self.names[:8]) + (", ..." if len(self.names) > 8 else "")
-        return f"the columns are {some}" if some else "the file holds no numeric column"
+        return f"name one in the log: section; the columns are {some}" if some else "the file holds no numeric column"
 
     def _not_numeric(self, name: str) -> InputError:
         cells = self.text[name]

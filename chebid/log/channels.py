@@ -37,7 +37,7 @@ def check_missing(values: Array, names: Sequence[str], rows: Rows, findings: Fin
         if len(lost) > len(column) / 2:
             message = f"{len(lost)} of {len(column)} samples are missing"
             raise findings.error(message, "name another column, or record the log again", **where)
-        findings.note("missing", f"{len(lost)} of {len(column)} samples are missing", **where)
+        findings.note("missing", f"{len(lost)} of {len(column)} samples are missing: left out", **where)
     return clean
 
 

@@ -143,14 +143,12 @@ def _draw_profile(axis: Axes, found: Profile, d: Diagnosis) -> None:
 def _draw_candidates(axis: Axes, d: Diagnosis) -> None:
     """Scores; what was named is full, what was refuted is grey."""
     joints, best = d.evidence.dynamics.joints, d.verdict.best
-    told = d.found[:_BARS] if any(one.score > 0 for one in d.found) else ()
+    told = [one for one in d.found if one.score > 0][:_BARS]
     colours = [FAINT if one.refuted else COLOURS[1] if one is best else COLOURS[4] for one in told]
-    _bars(axis, "candidates", "score", [(label(one.effect, joints), max(one.score, 0.0)) for one in told], colours)
+    _bars(axis, "candidates", "score", [(label(one.effect, joints), one.score) for one in told], colours)
     for i, one in enumerate(told):
-        said = "named" if one is best else "refuted" if one.refuted else "" if one.score > 0 else "no more than chance"
-        axis.annotate(
-            said, (max(one.score, 0.0), i), (4, 0), textcoords="offset points", va="center", fontsize=8, color=INK
-        )
+        said = "named" if one is best else "refuted" if one.refuted else ""
+        axis.annotate(said, (one.score, i), (4, 0), textcoords="offset points", va="center", fontsize=8, color=INK)
     if told:
         axis.set_xlim(right=1.22 * max(one.score for one in told))
 

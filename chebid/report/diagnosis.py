@@ -96,7 +96,8 @@ def _candidates(found: Sequence[Found], d: Diagnosis) -> tuple[Sequence[str], li
     for one in told:
         after = ", ".join(number(value, 3) for value in (one.ratio_after or {}).values())
         values = ", ".join(f"{p.parameter.name} {number(p.value, 3)} {p.parameter.unit}" for p in one.parameters[:3])
-        row = [label(one.effect, joints), number(one.score, 3), percent(one.stability), after, values]
+        name = f"{label(one.effect, joints)}{' (refuted)' if one.refuted else ''}"
+        row = [name, number(one.score, 3), percent(one.stability), after, values]
         if d.holdout_ratio:
             row[2:2] = [number(one.holdout, 3)]
         rows.append(row)
@@ -129,6 +130,7 @@ def show_refinement(refinement: Refinement) -> None:
     out = console()
     out.print("LADDER")
     out.print(table(None, heads, rows))
+    out.print("ratio: error over the noise floor of the last model")
     for effect in refinement.dropped:
         out.print(f"dropped again: {label(effect, joints)}")
     for one in refinement.added:
@@ -163,6 +165,7 @@ def show_addition(done: Addition) -> None:
     out = console()
     out.print(f"added {', '.join(done.effects)}")
     out.print(table(None, heads, rows))
+    out.print("ratio: error over the noise floor of the new model")
     for name, values in done.problem.dynamics.hyperparameters().items():
         out.print(f"{name}: " + ", ".join(f"{key} = {_short(value)}" for key, value in values.items()))
     out.print()

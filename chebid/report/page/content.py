@@ -167,6 +167,7 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
     document = diagnosis_document(d)
     head, surety = status_words(d)
     judged = [logs[str(log.path)] for log in d.problem.logs]
+    beside = [logs[entry.log] for entry in sheet.entries if logs[entry.log] not in judged]
     units = dict(zip(model.joints, map(torque_unit, rotary), strict=True))
     turns = dict(zip(model.joints, rotary, strict=True))
     errors = Errors(d)
@@ -177,9 +178,9 @@ def _sheet(sheet: Sheet, models: Mapping[str, str], logs: Mapping[str, str], mos
         "head": head,
         "surety": surety,
         "message": document["verdict"]["message"].replace("->", "→"),
-        "commands": next_commands(d, name, judged),
+        "commands": next_commands(d, name, judged, beside),
         "judged": judged,
-        "holdout": [logs[entry.log] for entry in sheet.entries if logs[entry.log] not in judged],
+        "holdout": beside,
         "own": bool(sheet.fitted),
         "robot": robot_words(model, rotary),
         "effects": effect_rows(d),

@@ -118,14 +118,17 @@ def status_words(diagnosis: Diagnosis) -> tuple[str, str]:
     return head, ("sure" if verdict.sure else "not sure") if verdict.status == "missing" else ""
 
 
-def next_commands(diagnosis: Diagnosis, model: str, logs: Sequence[str]) -> list[tuple[str, str]]:
+def next_commands(
+    diagnosis: Diagnosis, model: str, logs: Sequence[str], beside: Sequence[str] = ()
+) -> list[tuple[str, str]]:
     """What to type next, each with what it is for."""
     joints, verdict = diagnosis.evidence.dynamics.joints, diagnosis.verdict
     if verdict.status != "missing" or verdict.best is None:
         return []
     name, given = label(verdict.best.effect, joints), shlex.join(logs)
     grown = shlex.quote(f"{Path(model).stem}_{verdict.best.effect.name}.yaml")
-    out = [("add it", f"chebid add {shlex.quote(model)} {shlex.quote(name)} {given} -o {grown}")]
+    more = "".join(f" --holdout {shlex.quote(log)}" for log in beside)
+    out = [("add it", f"chebid add {shlex.quote(model)} {shlex.quote(name)} {given}{more} -o {grown}")]
     rivals = [label(one.effect, joints) for one in verdict.alternatives]
     if rivals:
         asked = shlex.join([name, *rivals])

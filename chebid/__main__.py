@@ -1,0 +1,5 @@
+"""`python -m chebid`: the command line."""
+
+from chebid.cli import main
+
+main()
