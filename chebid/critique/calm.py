@@ -16,16 +16,22 @@ from chebid.critique.evidence import Evidence, Judged
 from chebid.critique.found import Found
 from chebid.critique.verdict import MARGIN, believed
 from chebid.effects.channel import TorqueDelay
+from chebid.effects.friction import Presliding
 
 _APART = 0.5  # of the worth of one delay for all joints, by which one delay for each would have to be better
+_COUNTS = 2.0  # steps of the encoder, within which nobody knows when a joint turns round
 _THERE = frozenset({TorqueDelay.name, "presliding", "stribeck", "viscous_power", "viscous_quadratic"})
 
 
 def withstood(one: Found, evidence: Evidence, calm: Evidence, threshold: float) -> Found:
-    """The candidate, refuted if little is left of it beside the jerks, or if it is a delay that joints do not share."""
+    """The candidate, refuted if little is left of it beside the jerks, or if it is a delay that joints do not share,
+    or a bristle that bends within the steps of the encoder.
+    """
     if not believed(one):
         return one
     if isinstance(one.effect, TorqueDelay) and not _shared(one, evidence):
+        return replace(one, refuted=True)
+    if isinstance(one.effect, Presliding) and one.effect.delta < _COUNTS * evidence.ground.counts[one.effect.joint]:
         return replace(one, refuted=True)
     if one.effect.name in _THERE:
         return one

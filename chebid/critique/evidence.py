@@ -80,6 +80,11 @@ class Ground:
         return [[_edge(track), _jumps(track)] for track in self.tracks]
 
     @cached_property
+    def counts(self) -> Array:
+        """Step (J,) of the encoder of every joint, rad or m: the smallest change of its position."""
+        return np.max([[_smallest_step(p.x) for p in track.projections] for track in self.tracks], axis=0)
+
+    @cached_property
     def noises(self) -> list[list[Array]]:
         """Draws of the accelerations (N, J) of every track that noise of its positions makes."""
         random = np.random.default_rng(0)
@@ -397,6 +402,12 @@ def _widened(track: Track, problem: Problem) -> Track:
 def _edge(track: Track) -> Array:
     """Accelerations (N, J) between 0.7 of the bandwidth and all of it."""
     return track.motion.ddq - np.column_stack([_below(p, track.motion.t) for p in track.projections])
+
+
+def _smallest_step(x: Array) -> float:
+    steps = np.abs(np.diff(x))
+    moved = steps[steps > 1e-9 * max(float(np.ptp(x)), np.finfo(float).tiny)]  # not the rounding of a gain
+    return float(moved.min()) if moved.size else 0.0
 
 
 def _noise(track: Track, random: np.random.Generator) -> Array:

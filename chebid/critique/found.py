@@ -13,6 +13,7 @@ from chebid.critique.stability import stability
 from chebid.critique.transmission import simulated_block, simulated_rows, simulated_size
 from chebid.effects import Effect
 from chebid.effects.load import Payload
+from chebid.effects.transmission import Backlash
 from chebid.equations import Rows, project_columns
 from chebid.estimators.problem import Problem
 from chebid.robots import Parameter
@@ -24,6 +25,7 @@ _TRUST = 2.0  # times the score: more than that a hold-out does not count for an
 _WORSE = 1.05  # times the error of a joint on the hold-out: one that raises it further needs its likelihood to stay
 _RUINED = 1.2  # times the errors of all joints on the hold-out, multiplied: one that raises it further is refuted
 _DENIED = (8.0, 0.05)  # score and share of its score by which the hold-out must speak against a candidate, to refute it
+_ASTRAY = 0.25  # the share for a gap: its impacts ring at other instants on another motion
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,7 @@ def _held_out(side: Side, effect: Effect, theta: Array, after: Array) -> tuple[A
 def _denied(one: Found) -> bool:
     """Whether the hold-out is clearly less likely with the candidate."""
     least, share = _DENIED
+    share = _ASTRAY if isinstance(one.effect, Backlash) else share
     return (one.holdout or 0.0) < -max(least, share * one.score)
 
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from arms import make_log
+from arms import make_log, make_model
 from critique.hidden import COUNT, diagnosed, hidden_log, moves, named, on, sines, trapezoids
 from scipy.integrate import cumulative_trapezoid
 
 from chebid.critique import message
+from chebid.critique.verdict import believed
 
 
 def assert_not_fooled(d) -> None:
@@ -113,3 +114,21 @@ def test_an_effect_on_the_wrong_joint_is_not_blamed():
     """A hidden torque on joint 1 leaves joint 2 alone."""
     d = diagnosed(hidden_log(sines(9), on(0, lambda p: 0.4 * np.sin(11 * p.q[:, 0])), seed=9))
     assert {one.effect.joint for one in d.found if one.score > 12} <= {0, None}
+
+
+def test_a_coarse_encoder_is_no_bristle():
+    """Found by the blind study: presliding over half a step of the encoder, called sure."""
+    path, step = sines(4), 4e-3
+    for seed in (1, 2):
+        log = hidden_log(path, seed=seed)
+        record = log.records[0]
+        d = diagnosed(make_log(record.t, np.round(record.q / step) * step, record.tau))
+        assert not any(one.effect.name == "presliding" and believed(one) for one in d.found)
+
+
+def test_the_step_of_an_encoder_is_found():
+    from chebid.critique.evidence import Ground
+    from chebid.estimators import Problem
+
+    log = hidden_log(sines(4), seed=1)
+    assert Ground(Problem(make_model(), (log,))).counts == pytest.approx([COUNT, COUNT])
