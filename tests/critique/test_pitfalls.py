@@ -6,8 +6,11 @@ from arms import make_log, make_model
 from critique.hidden import COUNT, diagnosed, hidden_log, moves, named, on, sines, trapezoids
 from scipy.integrate import cumulative_trapezoid
 
-from chebid.critique import message
+from chebid.critique import Found, message
+from chebid.critique.calm import withstood
+from chebid.critique.candidates import Candidate
 from chebid.critique.verdict import believed
+from chebid.effects import LIBRARY
 
 
 def assert_not_fooled(d) -> None:
@@ -116,14 +119,23 @@ def test_an_effect_on_the_wrong_joint_is_not_blamed():
     assert {one.effect.joint for one in d.found if one.score > 12} <= {0, None}
 
 
-def test_a_coarse_encoder_is_no_bristle():
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_coarse_encoder_makes_nothing_sure(seed, step):
+    log = hidden_log(sines(4 + seed), seed=seed)
+    record = log.records[0]
+    verdict = diagnosed(make_log(record.t, np.round(record.q / step) * step, record.tau)).verdict
+    assert verdict.status == "nothing_missing" or not verdict.sure
+
+
+@pytest.mark.parametrize(("steps", "refuted"), [(0.5, True), (20.0, False)])
+def test_no_bristle_within_the_steps_of_an_encoder(steps, refuted):
     """Found by the blind study: presliding over half a step of the encoder, called sure."""
-    path, step = sines(4), 4e-3
-    for seed in (1, 2):
-        log = hidden_log(path, seed=seed)
-        record = log.records[0]
-        d = diagnosed(make_log(record.t, np.round(record.q / step) * step, record.tau))
-        assert not any(one.effect.name == "presliding" and believed(one) for one in d.found)
+    evidence = diagnosed(hidden_log(sines(4), seed=1)).evidence
+    effect = LIBRARY["presliding"](0, delta=steps * COUNT)
+    strong = Found(Candidate(evidence.judge(effect), 1, 500.0), 500.0, 100.0, 1.0, share=0.3)
+    assert believed(strong)
+    assert withstood(strong, evidence, evidence, 0.0).refuted is refuted
 
 
 def test_the_step_of_an_encoder_is_found():
