@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from chebid.cli.common import Force, Json, LogPaths, Plot, Seed, check_files, emit_json, quoted, save_figure, say, warn
+from chebid.errors import Notice, Place
 
 if TYPE_CHECKING:
     from chebid.critique import Diagnosis
@@ -39,6 +40,9 @@ def diagnose(
     with settings_of(read):
         found = diagnose(make_case(read, log, holdout or []), kinds, seed)
     warn(notices)
+    if read.fit is None:
+        told = "has no fit: it is fitted on these logs here; `chebid identify` writes a fitted model"
+        warn([Notice("unfitted", told, Place(file=str(model)))])
     if plot:
         from chebid.report.critique import diagnosis_figure
 

@@ -42,6 +42,8 @@ def sweep_figure(sweep: Sweep) -> Figure:
         gain.annotate(f"−3 dB at {sweep.cutoff:.4g} Hz", (sweep.cutoff, -3.01), (6, 4), textcoords="offset points")
     gain.set(ylabel="gain (dB)", title=sweep.sentence().split("\n")[0].rstrip(".").replace(" (", "\n("))
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
+    low, high = phase.get_ylim()
+    phase.set_ylim(min(low, -1.0), max(high, 1.0))  # 1e-13 deg is rounding, and no phase
     gain.legend(loc="lower left")
     return figure
 

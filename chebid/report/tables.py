@@ -80,6 +80,19 @@ def show_estimates(estimates: Sequence[Estimate]) -> None:
     """Parameters, residuals and remarks of each estimate."""
     for estimate in estimates:
         _show_estimate(estimate)
+    if len(estimates) > 1:
+        out = console()
+        out.print("All methods: value and standard deviation")
+        out.print(_methods_table(estimates))
+
+
+def _methods_table(estimates: Sequence[Estimate]) -> Table:
+    """Every parameter by every method; `relative` errors are of rows that methods filter in their own ways."""
+    body = [
+        (p.name, *(f"{number(e.theta[i], 4)} ± {number(e.sd[i], 2)}" for e in estimates), " " + p.unit)
+        for i, p in enumerate(estimates[0].parameters)
+    ]
+    return table(None, ("parameter", *(e.method for e in estimates), "unit"), body)
 
 
 def _show_estimate(estimate: Estimate) -> None:

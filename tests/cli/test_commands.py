@@ -173,6 +173,29 @@ def test_method_all_is_a_list(run):
     assert set(methods).isdisjoint(left_out)
 
 
+def test_method_all_ends_with_one_table_of_all(run):
+    lines = run(*COMMANDS["identify"], "--method", "all").out.split("All methods")[1].splitlines()
+    assert lines[1].split()[:3] == ["parameter", "poly", "wls"]
+    name, value, sign, *_ = lines[2].split()
+    assert (name, sign) == ("ZZR1", "±") and float(value) > 0
+
+
+def test_diagnose_says_that_a_model_has_no_fit(run):
+    answer = run("diagnose", "model.yaml", "log.csv")
+    assert answer.status == 0
+    assert "warning: model.yaml: has no fit: it is fitted on these logs here" in answer.err
+    assert "has no fit" not in run("diagnose", "fitted.yaml", "log.csv").err
+
+
+def test_before_and_after_an_addition_stand_on_one_floor(run):
+    """Found by a stranger: 1.55 -> 0.77 promised, 1.55 -> 0.92 told, the floor being another."""
+    document = run("add", "fitted.yaml", "viscous_quadratic:q2", "log.csv", "--holdout", "other.csv", "--json").document
+    for joint, before in document["before"].items():
+        assert before["floor"] == document["residual"][joint]["floor"]
+    for joint, both in document["holdout"].items():
+        assert both["before"]["floor"] == both["after"]["floor"], joint
+
+
 def test_no_number_becomes_null_never_nan(made, monkeypatch, tmp_path):
     """A log with missing samples: the document is still one, its columns of one length."""
     path = multisine(0, 8.0)
