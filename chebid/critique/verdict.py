@@ -63,7 +63,8 @@ def believed(one: Found) -> bool:
     if not one.effect.linear:
         gap = isinstance(one.effect, Backlash)  # its impacts ring beyond what is judged: their share says nothing
         firm = one.stability > (_MOSTLY if (one.holdout or 0.0) <= 0 else _OFTEN) or (one.holdout or 0.0) > MARGIN
-        return one.score > _SIMULATED * MARGIN and firm and (gap or one.share > _MATTERS)
+        enough = min(one.score, one.total) > _SIMULATED * MARGIN
+        return enough and firm and (gap or one.share > _MATTERS)
     needed = MARGIN * (_BRISTLES if isinstance(one.effect, Presliding) else 1.0)
     return min(one.score, one.total) > needed and one.share > _MATTERS
 

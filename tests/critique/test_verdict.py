@@ -7,7 +7,8 @@ from critique.hidden import diagnosed, hidden_log, on, sines
 
 from chebid.critique.depends import Dependence
 from chebid.critique.found import _better, _denied, _worse
-from chebid.critique.verdict import judge_verdict
+from chebid.critique.transmission import HangingSpring
+from chebid.critique.verdict import believed, judge_verdict
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +118,12 @@ def test_a_likelihood_does_not_deny_what_lessens_the_error():
     """Found by a probe: Stribeck friction that took 40 % off the error of the hold-out, where noise was coloured."""
     assert _better({"q3": 1.0046, "q1": None}, {"q3": 0.604, "q1": 1.0})
     assert not _better({"q1": 1.0}, {"q1": 0.95})
+
+
+@pytest.mark.parametrize(("holdout", "told"), [(-4.9, False), (None, True), (3.0, True)])
+def test_what_was_simulated_needs_enough_with_the_hold_out(case, holdout, told):
+    """Found by the blind study: on a log with nothing missing a flexible joint, 25 of the 24 needed, hold-out -4.9."""
+    effect = HangingSpring(1, own=8.0)
+    judged = replace(case[1].candidate.judged, effect=effect)
+    one = replace(case[1], candidate=replace(case[1].candidate, judged=judged), score=25.0, holdout=holdout)
+    assert believed(replace(one, stability=0.96, share=0.05)) is told
