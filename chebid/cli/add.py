@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, quoted, save_figure, say, warn
+from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, held_out, quoted, save_figure, say, warn
 from chebid.cli.diagnose import HoldoutLogs
 from chebid.errors import UsageError
 
@@ -57,8 +57,7 @@ def add(
 
     show_addition(done)
     if out:
-        more = "".join(f" --holdout {quoted(path)}" for path in holdout or [])
-        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {' '.join(map(quoted, logs))}{more}")
+        say(f"wrote {out}; next: chebid diagnose {quoted(out)} {' '.join(map(quoted, logs))}{held_out(holdout)}")
 
 
 def _is_log(name: str) -> bool:

@@ -82,6 +82,11 @@ def quoted(path: Path) -> str:
     return shlex.quote(str(path))
 
 
+def held_out(logs: Sequence[Path] | None) -> str:
+    """Hold-out logs as options to be typed, each with a space before it."""
+    return "".join(f" --holdout {quoted(path)}" for path in logs or [])
+
+
 def say(text: str) -> None:
     """A remark on stderr."""
     if not os.environ.get("CHEBID_QUIET"):

@@ -5,7 +5,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, LogPaths, Plot, Seed, check_files, emit_json, quoted, save_figure, say, warn
+from chebid.cli.common import (
+    Force,
+    Json,
+    LogPaths,
+    Plot,
+    Seed,
+    check_files,
+    emit_json,
+    held_out,
+    quoted,
+    save_figure,
+    say,
+    warn,
+)
 from chebid.errors import Notice, Place
 
 if TYPE_CHECKING:
@@ -74,9 +87,8 @@ def _say_next(found: "Diagnosis", model: Path, logs: list[Path], holdout: list[P
         if rivals:
             first = "" if found.problem.model.limits else f"write limits: into {model}, then "
             typer.echo(f"separate    {first}chebid excite {quoted(model)} --separate {name} {rivals} -o separate.csv")
-        more = "".join(f" --holdout {quoted(path)}" for path in holdout)
         new = quoted(_beside(model, verdict.best.effect.name))
-        typer.echo(f"next        chebid add {quoted(model)} {name} {given}{more} -o {new}")
+        typer.echo(f"next        chebid add {quoted(model)} {name} {given}{held_out(holdout)} -o {new}")
     elif verdict.status == "nothing_missing" and found.holdout and failing(found.residual, found.holdout):
         say(f"next: chebid diagnose {quoted(model)} {' '.join(map(quoted, holdout))}")
     elif verdict.status == "nothing_missing" and found.problem.model.fit is not None:

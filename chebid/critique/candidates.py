@@ -7,7 +7,7 @@ m columns, h hyper-parameters, R rows, R_j of joint j: half the Bayesian informa
 very rows: a positive score is more than the luckiest of so many candidates.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -67,7 +67,8 @@ def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool
 
 def _form(candidate: Candidate) -> tuple[str, int | None, bool]:
     """Of each effect its best form is kept; of what was simulated those on all equations and on the slow ones."""
-    return *candidate.key, getattr(candidate.effect, "slow", False)
+    effect = candidate.effect
+    return *candidate.key, isinstance(effect, transmission.Hanging) and effect.slow
 
 
 def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bool) -> Iterator[list[Effect]]:
@@ -79,11 +80,24 @@ def _families(evidence: Evidence, kinds: Mapping[str, type[Effect]], present: bo
         for joint in [None] if kind.whole_arm else joints:
             if present or (name, joint) not in evidence.present:
                 settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
-                forms: dict[tuple[str, ...], list[Effect]] = {}
-                for effect in settings:
-                    given = tuple(name for name, value in effect.hyper.items() if value is not None)
-                    forms.setdefault(given, []).append(effect)
-                yield from forms.values()
+                yield from _forms(settings)
+
+
+def _forms(settings: Iterable[Effect]) -> Iterable[list[Effect]]:
+    """Settings of an effect by the hyper-parameters that they give: a linear spring, and springs that soften."""
+    forms: dict[tuple[str, ...], list[Effect]] = {}
+    for effect in settings:
+        given = tuple(name for name, value in effect.hyper.items() if value is not None)
+        forms.setdefault(given, []).append(effect)
+    return forms.values()
+
+
+def best_setting(evidence: Evidence, kind: type[Effect], joint: int | None) -> Effect:
+    """The effect of one kind on one joint, its form and hyper-parameters those that explain the logs best."""
+    settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
+    families = ([evidence.judge(effect) for effect in form] for form in _forms(settings))
+    found = [refined_candidate(evidence, _best(evidence, family, 0.0)) for family in families]
+    return max(found, key=lambda c: c.score).effect
 
 
 def penalty(evidence: Evidence, judged: Judged, settings: int = 1) -> float:

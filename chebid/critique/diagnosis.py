@@ -44,7 +44,7 @@ class Diagnosis:
     @property
     def holdout_ratio(self) -> dict[str, float | None] | None:
         """rms / noise floor of the model as it is on the hold-out."""
-        return None if self.holdout is None else {joint: r.ratio for joint, r in self.holdout.items()}
+        return None if self.holdout is None else _ratios(self.holdout)
 
 
 @dataclass(frozen=True)
@@ -86,9 +86,9 @@ def examine(
         depends = without_jerk(depends, dependences(calm, seed)) if is_telling(depends) else depends
     bad = _is_bad(problem, residual)
     pair = _with_another(evidence, found, kinds, seed) if outdone(found, depends) and case.held is None else 0.0
-    before = {joint: r.ratio for joint, r in residual.items()}
-    elsewhere_ratio = None if beside_error is None else {joint: r.ratio for joint, r in beside_error.items()}
-    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad, elsewhere_ratio)
+    before = _ratios(residual)
+    there = None if beside_error is None else _ratios(beside_error)
+    verdict = judge_verdict(evidence, found, depends, ranking.threshold, pair, before, bad, there)
     # what a person reads from the top: what was named, other evidence, what was refuted, what chance explains
     found = sorted(found, key=lambda f: (f is not verdict.best, f.score <= 0, f.refuted))
     if verdict.status == "nothing_missing" and beside_error is not None and failing(residual, beside_error):
@@ -110,6 +110,10 @@ def examine(
         verdict=verdict,
         notices=(*problem.notices, *lag, *_strange(case.holdout, residual, beside_error)),
     )
+
+
+def _ratios(residual: Mapping[str, JointResidual]) -> dict[str, float | None]:
+    return {joint: r.ratio for joint, r in residual.items()}
 
 
 def _with_another(evidence: Evidence, found: list[Found], kinds: Mapping[str, type[Effect]], seed: int) -> float:

@@ -152,7 +152,7 @@ class Evidence:
     def _jerk(self) -> Array:
         """Whitened columns (R, 3 J): torque of accelerations that fade after every reversal of a joint."""
         columns = []
-        for motion, mass in zip(self.motions, self._mass, strict=True):
+        for motion, mass in zip(self.motions, self.mass, strict=True):
             count = motion.q.shape[1]
             parts = []
             for j in range(count):
@@ -198,13 +198,13 @@ class Evidence:
         They look like a flexible joint, or like Stribeck friction; with these columns in the model they cannot.
         """
         columns = []
-        for lost, mass in zip(self.ground.lost, self._mass, strict=True):
+        for lost, mass in zip(self.ground.lost, self.mass, strict=True):
             # of each joint alone: its column of the mass matrix
             columns.append(np.concatenate([mass * part[:, None, :] for part in lost], axis=2))
         return self.project(columns)
 
     @cached_property
-    def _mass(self) -> list[Array]:
+    def mass(self) -> list[Array]:
         """Mass matrices (N, J, J) along the motion of every track: the torque is affine in the accelerations."""
         regressor, theta = self.dynamics.robot.regressor, self.dynamics.rigid(self.theta)
         out = []
@@ -228,7 +228,7 @@ class Evidence:
         """The worst that errors of the accelerations could do: motions with the noise (N, J) of every track, and a
         residual (R,) of the torque of this and of white noise, as large in every band as that of the logs.
         """
-        torque = self.project([-_times(*pair)[:, :, None] for pair in zip(self._mass, noise, strict=True)])[:, 0]
+        torque = self.project([-_times(*pair)[:, :, None] for pair in zip(self.mass, noise, strict=True)])[:, 0]
         label, count = self._band, len(self._band)
         have, own = (np.bincount(label, x[:count] ** 2) for x in (self.residual, torque))
         part = np.sqrt(np.minimum(1.0, have / np.maximum(own, np.finfo(float).tiny)))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chebid.basis import Array
-from chebid.critique.candidates import Candidate, penalty, rank, refined_candidate
+from chebid.critique.candidates import Candidate, best_setting, penalty, rank, refined_candidate
 from chebid.critique.diagnosis import Case, Diagnosis, examine
 from chebid.critique.evidence import Evidence, Ground
 from chebid.critique.kinds import Clipped
@@ -182,15 +182,8 @@ def settle_hyper(problem: Problem, asked: list[tuple[type[Effect], int | None]])
     for kind, joint in asked:
         model = problem.model.model_copy(update={"effects": (*problem.model.effects, *specs), "fit": None})
         evidence = Evidence(ground, problem.under(model).dynamics)
-        specs.append(specify(_hyper(evidence, kind, joint), problem.model.joints))
+        specs.append(specify(best_setting(evidence, kind, joint), problem.model.joints))
     return specs
-
-
-def _hyper(evidence: Evidence, kind: type[Effect], joint: int | None) -> Effect:
-    settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
-    family = [evidence.judge(effect) for effect in settings]
-    best = max(family, key=lambda j: j.gain - 2 * penalty(evidence, j))
-    return refined_candidate(evidence, Candidate(best, len(family), 0.0)).effect
 
 
 def held_covariance(model: Model, names: list[str]) -> Array:

@@ -66,8 +66,8 @@ def refined_hang(evidence: Evidence, judged: Judged) -> Judged:
 
 
 @dataclass(frozen=True)
-class HangingSpring(JointFlexibility):
-    """Joint flexibility with the link's own frequency, Hz, that the simulation found.
+class Hanging:
+    """What the simulation found: `own`, the link's own frequency in Hz on a spring, or the gap in rad or m.
 
     `slow`: only equations within the bandwidth of the positions have it, beyond which accelerations are noise.
     """
@@ -75,17 +75,19 @@ class HangingSpring(JointFlexibility):
     own: float = field(default=0.0, kw_only=True, compare=False)
     slow: bool = field(default=False, kw_only=True, compare=False)
 
+
+@dataclass(frozen=True)
+class HangingSpring(Hanging, JointFlexibility):
+    """Joint flexibility as it was simulated."""
+
     @property
     def hang(self) -> Hang:
         return _springs(np.array([self.own]))
 
 
 @dataclass(frozen=True)
-class HangingGap(Backlash):
-    """Backlash with the gap, rad or m, that the simulation found; `slow` as above."""
-
-    own: float = field(default=0.0, kw_only=True, compare=False)
-    slow: bool = field(default=False, kw_only=True, compare=False)
+class HangingGap(Hanging, Backlash):
+    """Backlash as it was simulated."""
 
     @property
     def hang(self) -> Hang:
@@ -124,10 +126,8 @@ def simulated_size(evidence: Evidence, effect: Effect) -> float | None:
         return effect.own
     if not isinstance(effect, HangingSpring):
         return None
-    inertia = [
-        _inertia(evidence.dynamics, evidence.theta, m, effect.joint)[0][:, effect.joint] for m in evidence.motions
-    ]
-    return float(1 / ((2 * np.pi * effect.own) ** 2 * np.median(np.concatenate(inertia))))
+    inertia = np.concatenate([mass[:, effect.joint, effect.joint] for mass in evidence.mass])
+    return float(1 / ((2 * np.pi * effect.own) ** 2 * np.median(inertia)))
 
 
 def _rows(evidence: Evidence, joint: int, hang: Hang) -> Array:
@@ -185,21 +185,16 @@ def _reach(evidence: Evidence, joint: int) -> float:
 
 def _torques(dynamics: Dynamics, parameters: Array, motion: Motion, joint: int, hang: Hang) -> Array:
     """What each transmission (K,) adds to the rigid torques: (N, J, K)."""
-    inertia, rigid = _inertia(dynamics, parameters, motion, joint)
+    robot, theta = dynamics.robot, dynamics.rigid(parameters)
+    rigid = robot.regressor(motion.q, motion.dq, motion.ddq) @ theta
+    more = motion.ddq.copy()
+    more[:, joint] += 1.0
+    inertia = robot.regressor(motion.q, motion.dq, more) @ theta - rigid
     own = np.maximum(inertia[:, joint], 1e-3 * np.median(np.abs(inertia[:, joint])))
     torque, bend = _lag(motion.t, own, rigid[:, joint], hang)
     out = -inertia[:, :, None] * bend[:, None, :]
     out[:, joint] = torque - rigid[:, [joint]]
     return out
-
-
-def _inertia(dynamics: Dynamics, parameters: Array, motion: Motion, joint: int) -> tuple[Array, Array]:
-    """Column (N, J) of the mass matrix that belongs to a joint, and the rigid torque (N, J)."""
-    robot, theta = dynamics.robot, dynamics.rigid(parameters)
-    rigid = robot.regressor(motion.q, motion.dq, motion.ddq) @ theta
-    more = motion.ddq.copy()
-    more[:, joint] += 1.0
-    return robot.regressor(motion.q, motion.dq, more) @ theta - rigid, rigid
 
 
 def _lag(t: Array, inertia: Array, torque: Array, hang: Hang) -> tuple[Array, Array]:

@@ -19,10 +19,8 @@ MARGIN = 12.0  # score beyond chance from which on an effect is believed
 _MATTERS = 0.03  # share of the squared residual from which on an effect is more than the filter's doing
 _SIMULATED = 2.0  # times the margin, for what accelerations near the band's edge or jerks at reversals can imitate
 _BRISTLES = 4.0  # the same, for what jerks at reversals imitate best; and twice that to be sure
-_MOSTLY, _OFTEN = (
-    0.75,
-    0.5,
-)  # stability of what was found by simulating, to be believed; the same where a hold-out agrees
+_MOSTLY = 0.75  # stability of what was found by simulating, to be believed at all
+_OFTEN = 0.5  # the same where a hold-out agrees
 _RIVAL = 8.0  # a rival within this of the best cannot be told from it
 _SHARE = 0.03  # of the best score: the same, for errors that are not noise
 ALIKE = 24.0  # the same, for effects that are known to look alike

@@ -139,3 +139,19 @@ def test_wrong_words_are_refused(folder, monkeypatch, words, status, match):
     assert answer.status == status, answer.err
     assert match in answer.error
     assert answer.hint
+
+
+def test_an_effect_that_is_added_takes_the_form_that_was_named():
+    """Found in review: `diagnose` named a spring that softens, and `add` put in a linear one."""
+    from arms import make_model
+    from critique.hidden import hidden_log, on, sines
+
+    from chebid.critique import settle_hyper
+    from chebid.effects import LIBRARY
+    from chebid.estimators import Problem
+
+    soft = hidden_log(sines(5), on(0, lambda p: 0.8 * np.tanh((p.q[:, 0] - 0.2) / 2.5)), seed=3)
+    linear = hidden_log(sines(5), on(0, lambda p: 0.3 * (p.q[:, 0] - 0.2)), seed=3)
+    for log, named in ((soft, True), (linear, False)):
+        (spec,) = settle_hyper(Problem(make_model(), (log,)), [(LIBRARY["spring"], 0)])
+        assert ("r" in spec.model_dump(exclude_none=True)) is named
