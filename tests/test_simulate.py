@@ -245,13 +245,6 @@ def test_impossible_models_are_refused_in_words(change, message):
     assert "t = " in str(caught.value) and caught.value.hint
 
 
-@pytest.mark.parametrize("effect", [{"effect": "presliding", "delta": 0.01}, "joint_flexibility"])
-def test_effects_without_a_forward_form_are_refused(effect):
-    model = scara(["viscous", effect] if isinstance(effect, dict) else ["viscous", {"effect": effect, "joint": "q2"}])
-    with pytest.raises(InputError, match="cannot act in a simulation"):
-        run(model, np.ones(len(make_dynamics(model).parameters)), waves(1.0))
-
-
 @pytest.mark.parametrize("section", ["control", "sensors"])
 def test_missing_sections(section):
     model = scara().model_copy(update={section: None})

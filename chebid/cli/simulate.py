@@ -65,7 +65,7 @@ def simulate(
     theta = fitted_values(read)
     options = Options(rate, duration, torque_log, noise)
     log = simulate(read, theta, read_reference(trajectory, read), seed=seed, options=options)
-    notices = _notices(read)
+    notices = [*log.notices, *_notices(read)]
     warn(notices)
     write_table(simulated_table(log, reference), out, force)
     if plot:

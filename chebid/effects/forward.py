@@ -5,9 +5,9 @@ model's own torque (J,), the joint whose torque is wanted, parameters p in the o
 that of `Effect.vector`. It returns the torque; of dry friction the LEVEL, the torque being level * sign(dq) while
 the joint moves and anything up to the level while it sticks.
 
-Not here, because one instant does not decide them: `presliding` has a state (`STATES`), elastic joints and gaps need
-a plant with two masses (`TWO_MASSES`), and delay and clipping happen to the torque channel (`CHANNELS`). Effects with
-no compiled form (formulas, other packages) act through `forward_form`, in Python.
+One instant does not decide all of them: `presliding` remembers the last reversal (`BRISTLES`), elastic joints and gaps
+need a plant with two masses (`TWO_MASSES`), and delay and clipping happen to the torque channel (`CHANNELS`). Effects
+with no compiled form (formulas, other packages) act through `forward_form`, in Python.
 
 This module imports numba and is imported by the simulator alone.
 """
@@ -28,8 +28,10 @@ from chebid.robots import Array
 _VECTOR = types.Array(float64, 1, "C")
 #: (t, q, dq, ddq, tau, joint, p, h) -> torque or level
 FORWARD = float64(float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR, int64, _VECTOR, _VECTOR)
-#: (z, dq, h) -> dz/dt
-STATE = float64(float64, float64, _VECTOR)
+
+
+#: (q, way, h) -> z
+BEND = float64(float64, float64, _VECTOR)
 
 
 class Forward(NamedTuple):
@@ -246,14 +248,20 @@ FORWARDS: dict[str, Forward] = {
 # what needs more than an instant --------------------------------------------------------------------------------------
 
 
-@njit(STATE, cache=True)
-def dahl_rate(z, dq, h):  # type: ignore[no-untyped-def]
-    """dz/dt = (dq - z abs(dq))/delta; the torque is p[0] z - p[0] sign(dq), the last part a dry level of -p[0]."""
-    return (dq - z * abs(dq)) / h[0]
+@njit(BEND, cache=True)
+def bend(q, way, h):  # type: ignore[no-untyped-def]
+    """Dahl's z at q, moving `way` (1, -1; 0 at rest) since the joint stood at h[1] with the bend h[2]; h[0]: delta."""
+    return h[2] if way == 0.0 else way - (way - h[2]) * math.exp(-abs(q - h[1]) / h[0])
 
 
-#: name -> rate of the state of its joint
-STATES: dict[str, Callable[..., float]] = {"presliding": dahl_rate}
+@njit(FORWARD, cache=True)
+def presliding(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-def]
+    """Fps z; the rest of the effect, -Fps sign(dq), is a level."""
+    return p[0] * bend(q[joint], np.sign(dq[joint]), h)
+
+
+#: name -> torque of the bent bristle, of h = [delta, q and z at the last stop]; besides it there is a level of -p[0]
+BRISTLES: dict[str, Callable[..., float]] = {"presliding": presliding}
 #: these need a plant with a motor and a link on their joint
 TWO_MASSES = ("joint_flexibility", "backlash")
 

@@ -12,7 +12,10 @@ exceeds the level, ends the step there: the instant is found to rounding, and th
 decided together, as the complementarity problem that couples them through the mass matrix (Acary and Brogliato,
 Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapters 3 and 9).
 
-A state is an array (3, J) of q, dq, ddq. Arguments are few and plain: compiling time goes with their number.
+A joint whose link hangs on its motor by a spring or in a gap counts twice: the motor keeps its number, and has the
+encoder, the drive and all effects; its link comes after the J joints. In what follows n is the number of both.
+
+A state is an array (3, n) of q, dq, ddq. Arguments are few and plain: compiling time goes with their number.
 """
 
 from typing import NamedTuple
@@ -20,11 +23,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import int64, njit, types
 
+from chebid.effects.forward import bend
 from chebid.simulate.compiling import FORWARD, PLANT, borrow, cube, indices, jit, many, matrix, table, vector
 
 SLOTS = 32  # different effects in one simulation
 FREE = 2  # mode of a joint without dry friction
-DRY, LOADED, INERTIAL = 1, 2, 4  # bits of an effect: dry friction; needs the model's torque; needs the acceleration
+# bits of an effect: dry friction; needs the model's torque; needs the acceleration; remembers its joint's last stop
+DRY, LOADED, INERTIAL, REMEMBERS = 1, 2, 4, 8
 MARGIN = 1e-12  # of all torques on a joint, by which its load must exceed the level for it to slip
 OK, NOT_POSITIVE, NOT_FINITE, TOO_MANY_EVENTS, STEP_TOO_SMALL, NO_FIXED_POINT = 0, 1, 2, 3, 4, 5
 _ITERATIONS = 100
@@ -37,8 +42,11 @@ Q, V, A = 0, 1, 2  # rows of a state
 # joints at rest; dq on the right side of zero; torque of the model without the effects that need it; scratch
 DRIVE, BIAS, EFFECT, LEVEL, HELD, SPEED, TAU, LOAD, BEFORE, STAGE = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 SEEN, LAST = 14, 15  # encoders now and one control period before
-ROWS = 16
+LINK = 16  # number of each joint's link: its own, or from J on
+STIFFNESS, DAMPING, GAP, ROTOR = 17, 18, 19, 20  # of transmissions; the last: what of a joint's inertia is its motor's
+ROWS = 21
 MASS, FACTOR, INVERSE = 0, 1, 2  # its squares
+_ENGAGED = 0.01  # of a gap: so deep in contact its damper is whole, so that the force does not jump
 
 
 class System(NamedTuple):
@@ -50,9 +58,10 @@ class System(NamedTuple):
     effects: object  # (3, E) which function, which joint, flags
     values: object  # (2, E, P) parameters, hyper-parameters
     loaded: bool  # whether an effect needs the model's torque
-    mode: object  # (J,)
-    w: object  # (ROWS, J)
-    square: object  # (3, J, J)
+    arm: object  # (J + 3, J) the links' mass, q, dq, bias, where any hangs
+    mode: object  # (n,)
+    w: object  # (ROWS, n)
+    square: object  # (3, n, n)
 
 
 @jit
@@ -106,7 +115,10 @@ def _rigid(s, t, x):  # type: ignore[no-untyped-def]
         sign = s.mode[j]
         w[SPEED, j] = x[V, j] if sign == FREE else (0.0 if sign == 0 else sign * max(sign * x[V, j], 1e-300))
         w[LOAD, j] = 0.0
-    s.rigid(x[Q], x[V], s.p, mass, w[BIAS])
+    if n == s.arm.shape[1]:
+        s.rigid(x[Q], x[V], s.p, mass, w[BIAS])
+    else:
+        _hanging(s, x)
     for e in range(s.effects.shape[1]):
         if s.effects[2, e] & INERTIAL:
             still = 0.0
@@ -119,6 +131,44 @@ def _rigid(s, t, x):  # type: ignore[no-untyped-def]
                     w[LOAD, i] = 0.0
                 else:
                     still = value
+
+
+@jit
+def _hanging(s, x):  # type: ignore[no-untyped-def]
+    """Mass and bias of motors and links: the arm moves as its links do, and transmissions pull on both."""
+    mass, bias, w, arm = s.square[MASS], s.w[BIAS], s.w, s.arm
+    count = arm.shape[1]
+    for j in range(count):
+        link = int(w[LINK, j])
+        arm[count, j], arm[count + 1, j] = x[Q, link], x[V, link]
+    s.rigid(arm[count], arm[count + 1], s.p, arm[:count], arm[count + 2])
+    mass[:] = 0.0
+    bias[:] = 0.0
+    for j in range(count):
+        link = int(w[LINK, j])
+        bias[link] += arm[count + 2, j]
+        for i in range(count):
+            mass[link, int(w[LINK, i])] += arm[j, i]
+        if link != j:
+            force = transmitted(w, j, x[Q, j] - x[Q, link], x[V, j] - x[V, link])
+            bias[j] += force
+            bias[link] -= force
+            mass[j, j] += w[ROTOR, j]
+            mass[link, link] -= w[ROTOR, j]
+
+
+@jit
+def transmitted(w, joint, ahead, rate):  # type: ignore[no-untyped-def]
+    """Force of a motor that is `ahead` of its link, gaining on it at `rate`. In a gap none; a contact does not pull."""
+    half = w[GAP, joint] / 2
+    if half == 0.0:
+        return w[STIFFNESS, joint] * ahead + w[DAMPING, joint] * rate
+    way = 1.0 if ahead > 0 else -1.0
+    deep = way * ahead - half
+    if deep <= 0.0:
+        return 0.0
+    damping = w[DAMPING, joint] * min(1.0, deep / (_ENGAGED * w[GAP, joint]))
+    return way * max(0.0, w[STIFFNESS, joint] * deep + damping * way * rate)
 
 
 @jit
@@ -334,6 +384,16 @@ def _locate(s, t, h, x, y):  # type: ignore[no-untyped-def]
 
 
 @jit
+def _remember(s, joint, q):  # type: ignore[no-untyped-def]
+    """Where a joint came to rest, and how its bristles are bent there."""
+    for e in range(s.effects.shape[1]):
+        if s.effects[1, e] == joint and s.effects[2, e] & REMEMBERS:
+            h = s.values[1, e]
+            h[2] = bend(q, float(s.mode[joint]), h)
+            h[1] = q
+
+
+@jit
 def _accept(s, t, h, clear, x, y):  # type: ignore[no-untyped-def]
     """Move the state x to y, the end of an accurate step of length h, or to the first end of a mode in it.
 
@@ -345,6 +405,7 @@ def _accept(s, t, h, clear, x, y):  # type: ignore[no-untyped-def]
         x[Q, j], x[V, j], x[A, j] = y[Q, j], y[V, j], y[A, j]
         if until > 0 and s.mode[j] != FREE and s.mode[j] * x[V, j] <= 0:
             x[V, j] = 0.0
+            _remember(s, j, x[Q, j])
     return moved, until > 0, _accelerate(s, t + moved, x, True) if until > 0 else OK
 
 
@@ -424,6 +485,7 @@ _RUN = many(int64, 2)(
     cube,
     vector,
     matrix,
+    matrix,
     cube,
     cube,
 )
@@ -431,23 +493,42 @@ _RUN = many(int64, 2)(
 
 @njit(_RUN, cache=True, error_model="numpy")
 def run(  # type: ignore[no-untyped-def]
-    rigid, p, forward, effects, values, mode, start, law, reference, clock, at, drive, out, settings, w, square, states
+    rigid,
+    p,
+    forward,
+    effects,
+    values,
+    mode,
+    start,
+    law,
+    reference,
+    clock,
+    at,
+    drive,
+    out,
+    settings,
+    arm,
+    w,
+    square,
+    states,
 ):
     """Simulate the closed loop.
 
-    `rigid`, `p`: plant; `forward`, `effects`, `values`: as in System; `mode` (J,): FREE, or 0 for joints with dry
-    friction; `start` (2, J): q and dq at t = 0; `law` (5, J): kp, kd, encoder count and phase, torque limit;
-    `reference` (2, K, J): commanded positions and velocities at the control instants `clock` (K,) s; `at` (N,) s:
-    instants to record; results: `drive` (K, J) torques, `out` (4, N, J) q, dq, ddq, modes; `settings`: largest step s,
-    tolerance, next step s, 3 of scratch; `w`, `square`, `states`: see `workspace`. Returns a status and the number of
-    the control period where it ended.
+    `rigid`, `p`: plant; `forward`, `effects`, `values`: as in System; `mode` (n,): FREE, or 0 for
+    joints with dry friction; `start` (2, n): q and dq at t = 0; `law` (5, n): kp, kd, encoder count and phase, torque
+    limit; `reference` (2, K, n): commanded positions and velocities at the control instants `clock` (K,) s; `at` (N,)
+    s: instants to record; results: `drive` (K, n) torques, `out` (4, N, n) q, dq, ddq, modes; `settings`: largest step
+    s, tolerance, next step s, 3 of scratch; `arm`, `w`, `square`, `states`: see `workspace`. Returns a status and the
+    number of the control period where it ended.
     """
     n, p, effects, values, mode = len(mode), borrow(p), borrow(effects), borrow(values), borrow(mode)
     w, states, settings = borrow(w), borrow(states), borrow(settings)
     loaded = False
     for e in range(effects.shape[1]):
         loaded = loaded or effects[2, e] & LOADED != 0
-    s = System(rigid, p, forward, effects, values, loaded, mode, w, borrow(square))
+        if effects[2, e] & REMEMBERS:
+            values[1, e, 1], values[1, e, 2] = start[0, effects[1, e]], 0.0
+    s = System(rigid, p, forward, effects, values, loaded, borrow(arm), mode, w, borrow(square))
     x = states[3]
     period = clock[1] - clock[0] if len(clock) > 1 else 1.0
     for j in range(n):
@@ -484,6 +565,9 @@ def run(  # type: ignore[no-untyped-def]
     return OK, len(clock)
 
 
-def workspace(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Arrays for `run` with that many joints."""
-    return np.zeros((ROWS, count)), np.zeros((3, count, count)), np.zeros((4, 3, count))
+def workspace(link: np.ndarray, hung: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Arrays for `run`: `link` (J,) numbers of the links, `hung` (4, J) how they hang; rows LINK to ROTOR."""
+    joints, count = len(link), max(len(link), int(link.max()) + 1)
+    w = np.zeros((ROWS, count))
+    w[LINK, :joints], w[STIFFNESS:, :joints] = link, hung
+    return np.zeros((joints + 3, joints)), w, np.zeros((3, count, count)), np.zeros((4, 3, count))

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from chebid.dynamics import Dynamics, make_dynamics
-from chebid.errors import InputError, NoAnswerError, Place, UsageError
+from chebid.errors import InputError, NoAnswerError, Notice, Place, UsageError
 from chebid.model import Model, per_joint
 from chebid.model.schema import ControlSection, SensorsSection
 from chebid.robots import Array
 from chebid.simulate.noise import averaged, encoder, held, torque_noise
 from chebid.simulate.reference import Reference
+from chebid.simulate.transmission import transmission
 
 TORQUE_LOGS = ("average", "command")
 NOISES = ("white", "coloured", "none")
@@ -24,8 +25,10 @@ _TOLERANCE = 1e-12  # of positions, per step: halving the steps changes 20 s of 
 class Simulated:
     """A simulated log of N samples at t (N,) s: `q` (N, J) encoders, `tau` (N, J) torque with noise, `reference`.
 
-    And what no log holds: `q_true`, `dq`, `ddq` (N, J), `torque` (N, J) applied from each instant on, `sticks` (N, J)
+    And what no log holds: `q_true`, `dq`, `ddq` (N, J), `link` (N, J) positions of the links, which are others than
+    those of the motors in joints with a spring or a gap, `torque` (N, J) applied from each instant on, `sticks` (N, J)
     joints held by dry friction. `clock` (K,) s and `drive` (K, J): control instants and the torques held after them.
+    `notices`: what was assumed.
     """
 
     t: Array
@@ -35,10 +38,12 @@ class Simulated:
     q_true: Array
     dq: Array
     ddq: Array
+    link: Array
     torque: Array
     sticks: Array
     clock: Array
     drive: Array
+    notices: tuple[Notice, ...] = ()
 
     @property
     def largest_error(self) -> Array:
@@ -74,7 +79,8 @@ def simulate(
     shows, dq its difference to one period before, as in a real drive. The seed draws the torque noise and where,
     within a count, each encoder has its zero. Control law and sensors are those of the model file.
 
-    Raises InputError when the model has no control or sensors section, NoAnswerError when its motion breaks down.
+    Raises InputError when the model has no control or sensors section, or a spring or gap on a motor without inertia;
+    NoAnswerError when its motion breaks down.
     """
     return simulate_batch(model, theta, reference, [seed], options=options)[0]
 
@@ -103,8 +109,11 @@ class _Loop:
         rate = options.rate or min(reference.rate, control.rate)
         self.at = _instants(options.duration or reference.duration, rate)
         self.clock = _instants(float(self.at[-1]), control.rate)
-        self.start = np.ascontiguousarray(reference.at(np.zeros(1))[:, 0])
-        self.reference, self.logged = reference.at(self.clock), reference.at(self.at)[0]
+        start = reference.at(np.zeros(1))[:, 0]
+        self.hangs = transmission(model, self.dynamics, self.theta, reference.q)
+        self.start = self.hangs.start(self.dynamics, self.theta, start)
+        self.reference = np.ascontiguousarray(self.hangs.widened(reference.at(self.clock), 0.0))
+        self.logged = reference.at(self.at)[0]
 
     def logs(self, seeds: Sequence[int]) -> list[Simulated]:
         """One log per seed."""
@@ -120,25 +129,29 @@ class _Loop:
 
     def _log(self, kernel: Any, moving: tuple[Any, ...], random: np.random.Generator) -> Simulated:
         """The log of one run; `moving`: plant and effects."""
-        count = len(self.noise)
-        law = self.law.copy()
-        law[3] = random.uniform(-0.5, 0.5, count)
-        drive, out = np.zeros((len(self.clock), count)), np.zeros((4, len(self.at), count))
+        count, hangs = len(self.noise), self.hangs
+        law = hangs.widened(self.law, 0.0)  # nothing drives a link but its motor
+        law[3, :count] = random.uniform(-0.5, 0.5, count)
+        drive, out = np.zeros((len(self.clock), hangs.masses)), np.zeros((4, len(self.at), hangs.masses))
         settings = np.array([self.options.step, self.options.tolerance, self.options.step, 0.0, 0.0, 0.0])
-        system = (*moving[:-1], moving[-1].copy())
+        mode = np.concatenate([moving[-1], np.full(hangs.masses - count, kernel.FREE)])
+        system = (*moving[:-1], mode)
         loop = (self.start, law, self.reference, self.clock, self.at, drive, out, settings)
-        status, k = kernel.run(*system, *loop, *kernel.workspace(count))
+        status, k = kernel.run(*system, *loop, *kernel.workspace(hangs.link, hangs.hung))
         if status != kernel.OK:
             raise self._failure(kernel, status, k)
         step = float(self.at[1])
         logged = averaged if self.options.torque_log == "average" else held
+        drive = drive[:, :count]
         tau = logged(self.clock, drive, self.at - self.delay, step) + torque_noise(
             random, self.options.noise, self.noise, len(self.at), step
         )
-        q, dq, ddq, modes = out
-        applied = held(self.clock, drive, self.at, step)
+        link = out[0][:, hangs.link]
+        q, dq, ddq, modes = out[:, :, :count]
+        applied, sticks = held(self.clock, drive, self.at, step), modes == 0
+        q_logged = encoder(q, law[2, :count], law[3, :count])
         return Simulated(
-            self.at, encoder(q, law[2], law[3]), tau, self.logged, q, dq, ddq, applied, modes == 0, self.clock, drive
+            self.at, q_logged, tau, self.logged, q, dq, ddq, link, applied, sticks, self.clock, drive, hangs.notices
         )
 
     def _failure(self, kernel: Any, status: int, k: int) -> NoAnswerError:
@@ -153,7 +166,11 @@ class _Loop:
                 "lower kp and kd, or raise the rate of the control: section; check the fitted values",
             ),
             kernel.TOO_MANY_EVENTS: ("a joint sticks and slips without end", "check the friction of the fit"),
-            kernel.STEP_TOO_SMALL: ("the motion cannot be followed", "check the fitted values and hyper-parameters"),
+            kernel.STEP_TOO_SMALL: (
+                "the motion cannot be followed",
+                "check the fitted values and hyper-parameters; a link rings beside a drive that is too slow for its "
+                "spring: raise the rate of the control: section or lower kd",
+            ),
             kernel.NO_FIXED_POINT: (
                 "friction that grows with the load has no solution",
                 "check load_friction and torque_gain: they must be well below 1",

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from chebid.dynamics import Dynamics
 from chebid.effects import Effect
-from chebid.effects.forward import CHANNELS, FORWARDS, TWO_MASSES, forward_form
-from chebid.errors import InputError, Place, UsageError
+from chebid.effects.forward import BRISTLES, CHANNELS, FORWARDS, TWO_MASSES, forward_form
+from chebid.errors import UsageError
 from chebid.robots import Array, Axes, Chain, Robot, Scara
 from chebid.simulate import kernel, plants
 
@@ -72,21 +72,20 @@ def compiled_plant(robot: Robot, values: Array, generic: bool = False) -> Iterat
 def compiled_effects(dynamics: Dynamics, theta: Array) -> Iterator[tuple[tuple[Any, ...], Numbers, Array, Numbers]]:
     """The effects for the kernel: functions (SLOTS), table (3, E), values (2, E, P), modes (J,) to start with.
 
-    Raises InputError for an effect that cannot act at an instant.
+    Springs and gaps between motor and link are not among them: they are in `chebid.simulate.transmission`.
     """
     count = len(dynamics.joints)
     with ExitStack() as stack:
         functions: list[Any] = []
         rows, inputs, mode = [], [], np.full(count, kernel.FREE)
         for effect, p in dynamics.terms(theta):
-            if effect.name in CHANNELS:
+            if effect.name in CHANNELS or effect.name in TWO_MASSES:
                 continue
-            for acting in _acting(effect, p, dynamics.rigid(theta), stack):
+            for acting in _acting(effect, p, dynamics, theta, stack):
                 if acting.function not in functions:
                     functions.append(acting.function)
                 for joint in effect.rows(count):
-                    flags = (kernel.DRY if acting.dry else 0) | acting.needs(joint, count)
-                    rows.append((functions.index(acting.function), joint, flags))
+                    rows.append((functions.index(acting.function), joint, acting.flags(joint, count)))
                     inputs.append((acting.p, acting.h))
                     mode[joint] = 0 if acting.dry else mode[joint]
         if len(functions) > kernel.SLOTS:
@@ -106,16 +105,18 @@ def _padded(inputs: list[tuple[Array, Array]]) -> Array:
 
 @dataclass(frozen=True)
 class _Acting:
-    """An effect in a simulation: its compiled function, whether it is dry friction, its values."""
+    """An effect in a simulation: its compiled function, whether it is dry friction or remembers, its values."""
 
     function: Any
     dry: bool
     p: Array
     h: Array
+    remembers: bool = False
 
-    def needs(self, joint: int, count: int) -> int:
-        """Whether it depends on the torque of the model, and on the acceleration: found by trying."""
-        random, flags = np.random.default_rng(0), 0
+    def flags(self, joint: int, count: int) -> int:
+        """Bits for the kernel; whether it depends on the model's torque and on the acceleration is found by trying."""
+        random, flags = np.random.default_rng(0), kernel.DRY if self.dry else 0
+        flags |= kernel.REMEMBERS if self.remembers else 0
         rest = (joint, np.append(self.p, 0.0), np.append(self.h, 0.0))
         for t in (0.5, 1e3):
             q, dq, ddq, tau, other = random.uniform(0.5, 1.5, (5, count))
@@ -125,20 +126,18 @@ class _Acting:
         return flags
 
 
-def _acting(effect: Effect, p: Array, rigid: Array, stack: ExitStack) -> list[_Acting]:
+def _acting(effect: Effect, p: Array, dynamics: Dynamics, theta: Array, stack: ExitStack) -> list[_Acting]:
     """An effect as one function, or, in Python, as two: what turns with the direction of motion, and the rest."""
-    if effect.memory or effect.name in TWO_MASSES:
-        raise InputError(
-            "cannot act in a simulation: it is no torque of one instant",
-            hint="leave it out of a copy of the model file, and simulate that",
-            place=Place(key="effects", value=effect.name),
-        )
-    function, dry = forward_form(effect, rigid)
+    if effect.name in BRISTLES:
+        bristle = _Acting(BRISTLES[effect.name], False, p, np.append(effect.vector(), [0.0, 0.0]), remembers=True)
+        return [_Acting(FORWARDS["coulomb"].function, True, -p, np.zeros(0)), bristle]
+    function, dry = forward_form(effect, dynamics.rigid(theta))
+    count = len(dynamics.joints)
     if effect.forward in FORWARDS:
         return [_Acting(function, dry, p, effect.vector())]
 
-    def torque(*state: Any) -> float:
-        return function(*state, p, None)
+    def torque(t: float, q: Array, dq: Array, ddq: Array, tau: Array, joint: int) -> float:
+        return function(t, q[:count], dq[:count], ddq[:count], tau[:count], joint, p, None)
 
     if effect.joint is None or effect.joint not in effect.signs:
         return [_in_python(torque, False, stack)]

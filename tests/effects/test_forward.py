@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from chebid.dynamics import Dynamics
 from chebid.effects import LIBRARY, Motion, make_effects
 from chebid.effects.dahl import bristle
-from chebid.effects.forward import CHANNELS, FORWARDS, STATES, TWO_MASSES, forward_form
+from chebid.effects.forward import BRISTLES, CHANNELS, FORWARDS, TWO_MASSES, bend, forward_form
 from chebid.errors import UsageError
 from chebid.model import Model
 
@@ -45,7 +45,7 @@ def test_forward_is_columns_times_parameters(effect):
 
 
 def test_every_effect_acts_in_some_way():
-    acting = {effect.name for effect in FORMS} | set(STATES) | set(TWO_MASSES) | set(CHANNELS)
+    acting = {effect.name for effect in FORMS} | set(BRISTLES) | set(TWO_MASSES) | set(CHANNELS)
     assert acting == set(LIBRARY)
 
 
@@ -101,7 +101,7 @@ def test_a_formula_acts_too():
         assert form.function(*state, 0, np.array([0.7]), mine.vector()) == 0.0
 
 
-@pytest.mark.parametrize("name", [*STATES, *TWO_MASSES, *CHANNELS])
+@pytest.mark.parametrize("name", [*BRISTLES, *TWO_MASSES, *CHANNELS])
 def test_what_one_instant_does_not_decide_is_refused(name):
     kind = LIBRARY[name]
     hypers = {key: 1.0 for key in kind.hypers()}
@@ -109,15 +109,15 @@ def test_what_one_instant_does_not_decide_is_refused(name):
         forward_form(kind(None if kind.whole_arm else 0, **hypers).bind(SCARA))
 
 
-def test_the_state_of_presliding_follows_the_bristle():
-    """Euler steps of the rate against the exact bend."""
-    t = np.linspace(0, 4, 40001)
-    q, dq, h = np.sin(t), np.cos(t), np.array([0.2])
-    z = [0.0]
-    for v in dq[:-1]:
-        z.append(z[-1] + t[1] * STATES["presliding"](z[-1], v, h))
-    # error of Euler's method: h/2 max|z''| times the memory of the bristle, about h/2 / delta^2 * delta
-    assert np.abs(bristle(q, 0.2) - z).max() < t[1] / 0.2
+def test_bristles_bend_as_along_the_motion():
+    """From turning point to turning point against the bend of the whole motion."""
+    q, turns = np.array([0.0, 0.3, 0.7, 0.2, -0.4, -0.1]), [0, 2, 4]
+    wanted, h = bristle(q, 0.2), np.array([0.2, 0.0, 0.0])
+    for n in range(1, len(q)):
+        if n - 1 in turns:
+            h[1:] = q[n - 1], wanted[n - 1]
+        assert bend(q[n], np.sign(q[n] - q[n - 1]), h) == pytest.approx(wanted[n], abs=1e-15)
+    assert bend(q[-1], 0.0, h) == h[2], "at rest they stay as they are"
 
 
 @given(delay=st.floats(0, 0.5))
