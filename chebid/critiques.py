@@ -11,7 +11,7 @@ from chebid.critique import (
     Case,
     Held,
     Refinement,
-    candidate_kinds,
+    addable_kinds,
     held_covariance,
     label,
     message,
@@ -138,7 +138,7 @@ def _held_out(
 def _asked(name: str, model: Model) -> list[tuple[type[Effect], int | None]]:
     """Kind and joint of `name` or `name:joint`; without a joint, every joint. Raises UsageError."""
     word, _, joint = name.partition(":")
-    kinds, _ = candidate_kinds()
+    kinds, _ = addable_kinds()
     if word not in kinds:
         near = difflib.get_close_matches(word.lower(), kinds, 1)
         hint = f"did you mean {near[0]}?" if near else f"choose one of: {', '.join(sorted(kinds))}"

@@ -55,7 +55,7 @@ class Ranking:
 def rank(evidence: Evidence, kinds: Mapping[str, type[Effect]], *, present: bool = False, seed: int = 0) -> Ranking:
     """Every effect of `kinds` on every joint; those that the model has only if `present` ones can have changed."""
     families = [[evidence.judge(effect) for effect in settings] for settings in _families(evidence, kinds, present)]
-    families += transmission.families(evidence, kinds)
+    families += transmission.families(evidence, kinds, range(len(evidence.dynamics.joints)))
     families = [family for family in families if any(j.basis.shape[1] for j in family)]
     threshold = _threshold(evidence, families, seed)
     found = sorted((_best(evidence, family, threshold) for family in families), key=lambda c: -c.score)
@@ -94,8 +94,10 @@ def _forms(settings: Iterable[Effect]) -> Iterable[list[Effect]]:
 
 def best_setting(evidence: Evidence, kind: type[Effect], joint: int | None) -> Effect:
     """The effect of one kind on one joint, its form and hyper-parameters those that explain the logs best."""
-    settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
-    families = ([evidence.judge(effect) for effect in form] for form in _forms(settings))
+    families = [] if joint is None else list(transmission.families(evidence, {kind.name}, [joint]))
+    if not families:
+        settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
+        families = [[evidence.judge(effect) for effect in form] for form in _forms(settings)]
     found = [refined_candidate(evidence, _best(evidence, family, 0.0)) for family in families]
     return max(found, key=lambda c: c.score).effect
 
@@ -128,7 +130,7 @@ def _threshold(evidence: Evidence, families: list[list[Judged]], seed: int) -> f
 def refined_candidate(evidence: Evidence, candidate: Candidate) -> Candidate:
     """The candidate with its continuous hyper-parameters moved to where the gain is largest."""
     effect = candidate.effect
-    if not effect.linear:
+    if isinstance(effect, transmission.Hanging):
         best = transmission.refined_hang(evidence, candidate.judged)
         more = evidence.worth(best.basis) - evidence.worth(candidate.judged.basis)
         return replace(candidate, judged=best, score=candidate.score + more)

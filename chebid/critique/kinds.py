@@ -1,4 +1,4 @@
-"""Which effects are candidates: the library and those of other packages, but for the few that cannot be judged."""
+"""Which effects are candidates: the library and those of other packages, but for what must be asked for by name."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from chebid.effects.effect import Grid, JointEffect
 from chebid.effects.hyper import setting
 from chebid.errors import Notice
 
-_NOT = frozenset({"motor_coupling"})  # a part of the inertia on a SCARA
+_NOT = frozenset({"motor_coupling"})  # of a known gear between two joints; a part of the inertia on a SCARA
 _SHARES = (60, 70, 80, 87, 92, 95, 97, 98.5, 99.3)  # percentiles of the model's torque: limits worth trying
 
 
@@ -54,5 +54,11 @@ class Clipped(JointEffect):
 
 def candidate_kinds() -> tuple[dict[str, type[Effect]], tuple[Notice, ...]]:
     """Effects by name, and a notice for each of another package that cannot be used."""
+    kinds, notices = addable_kinds()
+    return {name: kind for name, kind in kinds.items() if name not in _NOT}, notices
+
+
+def addable_kinds() -> tuple[dict[str, type[Effect]], tuple[Notice, ...]]:
+    """Candidates, and effects that are only added by name."""
     kinds, notices = all_effects()
-    return {name: kind for name, kind in kinds.items() if name not in _NOT} | {Clipped.name: Clipped}, notices
+    return kinds | {Clipped.name: Clipped}, notices

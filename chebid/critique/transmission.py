@@ -10,7 +10,7 @@ moves. A spring: f = K delta + D delta'. A gap: the same, stiff, beyond +-gap/2,
 differs from the rigid one by f - tau, that of the others by -M_ij delta''.
 """
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,9 +48,9 @@ class Hang:
         return Hang(self.frequency[k : k + 1], self.gap[k : k + 1])
 
 
-def families(evidence: Evidence, kinds: Container[str]) -> Iterator[list[Judged]]:
-    """Those of springs and gaps that are among `kinds`, on every joint that has none yet."""
-    for joint in range(len(evidence.dynamics.joints)):
+def families(evidence: Evidence, kinds: Container[str], joints: Iterable[int]) -> Iterator[list[Judged]]:
+    """Those of springs and gaps that are among `kinds`, on every one of the joints that has none yet."""
+    for joint in joints:
         for kind, hang in ((JointFlexibility, _springs(_SPRINGS)), (Backlash, _gaps(_GAPS * _reach(evidence, joint)))):
             if kind.name in kinds and (kind.name, joint) not in evidence.present:
                 yield from judged_hangs(evidence, joint, hang)
@@ -59,7 +59,7 @@ def families(evidence: Evidence, kinds: Container[str]) -> Iterator[list[Judged]
 def refined_hang(evidence: Evidence, judged: Judged) -> Judged:
     """The spring or gap between the neighbours of one that was tried which explains the logs best."""
     effect = judged.effect
-    assert isinstance(effect, HangingSpring | HangingGap) and effect.joint is not None, "one of `families`"
+    assert isinstance(effect, HangingSpring | HangingGap), "one of `families`"
     around = np.geomspace(0.7, 1.45, 9)
     hang = _springs(effect.own * around) if isinstance(effect, HangingSpring) else _gaps(effect.own * around)
     return max([judged, *judged_hangs(evidence, effect.joint, hang)[effect.slow]], key=lambda one: one.gain)

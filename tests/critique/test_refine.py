@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 import yaml
-from arms import SCARA, write_log
+from arms import SCARA, make_model, write_log
 from command import chebid
 from critique.hidden import KINDS, hidden_log, moves, on, sines
 
-from chebid.critique import refine
+from chebid.critique import addable_kinds, refine, settle_hyper
 from chebid.estimators import Problem
 from chebid.model import Model, read_model
 
@@ -143,10 +143,8 @@ def test_wrong_words_are_refused(folder, monkeypatch, words, status, match):
 
 def test_an_effect_that_is_added_takes_the_form_that_was_named():
     """Found in review: `diagnose` named a spring that softens, and `add` put in a linear one."""
-    from arms import make_model
     from critique.hidden import hidden_log, on, sines
 
-    from chebid.critique import settle_hyper
     from chebid.effects import LIBRARY
     from chebid.estimators import Problem
 
@@ -155,3 +153,14 @@ def test_an_effect_that_is_added_takes_the_form_that_was_named():
     for log, named in ((soft, True), (linear, False)):
         (spec,) = settle_hyper(Problem(make_model(), (log,)), [(LIBRARY["spring"], 0)])
         assert ("r" in spec.model_dump(exclude_none=True)) is named
+
+
+@pytest.mark.parametrize("name", sorted(addable_kinds()[0]))
+def test_every_effect_can_be_added_by_name(name):
+    """Found by hand: `add joint_flexibility` and `add backlash` broke down, `add motor_coupling` was unknown."""
+    kind = addable_kinds()[0][name]
+    log, model = hidden_log(sines(5), seed=3), make_model(effects=[])
+    (spec,) = settle_hyper(Problem(model, (log,)), [(kind, None if kind.whole_arm else 1)])
+    assert spec.effect == name
+    assert (spec.joint is None) == kind.whole_arm
+    assert set(spec.settings) >= set(kind.hypers()) - set(kind.defaults())
