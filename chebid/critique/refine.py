@@ -1,7 +1,7 @@
 """`refine`: diagnose and add, until nothing is missing or nothing known explains what is left.
 
-After every addition the hyper-parameters of all added effects are moved again, an effect that another explains better
-is replaced, and one that is no longer needed is dropped.
+After every addition the hyper-parameters of all added effects are moved again, an earlier effect that another explains
+better is replaced, and one that is no longer needed is dropped - unless the error grows by it.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,6 +23,7 @@ from chebid.model import EffectSpec, Model
 
 _MOST = 6  # effects added
 _BETTER = 8.0  # score by which another effect must be better, to take the place of one that was added
+_GROWS = 1.05  # times the errors of all joints, multiplied: an exchange that raises them further is none
 Kinds = Mapping[str, type[Effect]]
 
 
@@ -88,25 +89,37 @@ class _Ladder:
         """That of the first model, unless the effects leave samples out."""
         return Ground(problem) if any(isinstance(effect, Clipped) for effect in effects) else self.ground
 
-    def revise(self, effects: list[Effect]) -> tuple[list[Effect], list[Effect]]:
-        """Effects moved, replaced or dropped until each is the best in its place; and those dropped."""
-        dropped: list[Effect] = []
-        if len(effects) < 2:
+    def revise(self, before: list[Effect], new: Effect) -> tuple[list[Effect], list[Effect]]:
+        """Effects moved, replaced or dropped until each is the best in its place; and those dropped.
+
+        The new one stays: the hold-out, too, has called for it.
+        """
+        effects, dropped = [*before, new], list[Effect]()
+        if not before:
             return effects, dropped
         for effect in list(effects):
             place = effects.index(effect)
             others = [other for other in effects if other is not effect]
             evidence = self.evidence(others)
-            best = self._best(evidence, effect)
+            best = self._best(evidence, effect, stays=effect is new)
             effects = others if best is None else [*others[:place], best, *others[place:]]
             if best is None or best.name != effect.name:
                 dropped.append(effect)
+        if dropped and self._error(effects) > _GROWS * self._error([*before, new]):
+            return [*before, new], []
         return effects, dropped
 
-    def _best(self, evidence: Evidence, effect: Effect) -> Effect | None:
+    def _error(self, effects: list[Effect]) -> float:
+        """Product of the joints' rms."""
+        found = estimate(self.start.under(self.model(effects)), self.method)
+        return float(np.prod([r.rms for r in found.residual.values()]))
+
+    def _best(self, evidence: Evidence, effect: Effect, stays: bool) -> Effect | None:
         """What should stand in the place of an effect, given the others: itself, a better one, or nothing."""
-        ranking = rank(evidence, self.kinds, seed=self.seed)
         judged = evidence.judge(effect)
+        if stays:
+            return refined_candidate(evidence, Candidate(judged, 1, 0.0)).effect
+        ranking = rank(evidence, self.kinds, seed=self.seed)
         start = evidence.worth(judged.basis) - penalty(evidence, judged) - ranking.threshold
         own = refined_candidate(evidence, Candidate(judged, 1, start))
         best = ranking.candidates[0]
@@ -139,11 +152,9 @@ def refine(
         if any((gone.name, gone.joint) == (new.name, new.joint) for gone in dropped):
             break
         verdicts[new.name, new.joint] = verdict
-        revised, gone = ladder.revise([*effects, new])
-        if not revised:
-            break
         try:
-            step = ladder.step(revised, new if new in revised else revised[-1])
+            revised, gone = ladder.revise(effects, new)
+            step = ladder.step(revised, revised[-1])
         except (NoAnswerError, InputError):
             break  # it explains the logs, but they cannot give its parameters beside all others
         effects, dropped = revised, dropped + gone

@@ -10,6 +10,7 @@ from command import chebid
 from critique.hidden import KINDS, hidden_log, moves, on, sines
 
 from chebid.critique import addable_kinds, refine, settle_hyper
+from chebid.effects import LIBRARY
 from chebid.estimators import Problem
 from chebid.model import Model, read_model
 
@@ -145,7 +146,6 @@ def test_an_effect_that_is_added_takes_the_form_that_was_named():
     """Found in review: `diagnose` named a spring that softens, and `add` put in a linear one."""
     from critique.hidden import hidden_log, on, sines
 
-    from chebid.effects import LIBRARY
     from chebid.estimators import Problem
 
     soft = hidden_log(sines(5), on(0, lambda p: 0.8 * np.tanh((p.q[:, 0] - 0.2) / 2.5)), seed=3)
@@ -164,3 +164,18 @@ def test_every_effect_can_be_added_by_name(name):
     assert spec.effect == name
     assert (spec.joint is None) == kind.whole_arm
     assert set(spec.settings) >= set(kind.hypers()) - set(kind.defaults())
+
+
+@pytest.mark.parametrize("hidden, kept", [(lambda p: 0.3 * p.dq[:, 1], True), (lambda p: 0 * p.dq[:, 1], False)])
+def test_an_effect_is_not_exchanged_where_the_error_grows(monkeypatch, hidden, kept):
+    """Found on a blind log: a simulated spring took the place of an effect, and tripled the error."""
+    from chebid.critique.refine import _Ladder
+
+    kinds = {"viscous_coupling": LIBRARY["viscous_coupling"], "offset": LIBRARY["offset"]}
+    log = hidden_log(sines(5), on(0, hidden), seed=3)
+    ladder = _Ladder(Problem(make_model(), (log,)), None, kinds, "poly", 0)
+    first, new = LIBRARY["viscous_coupling"](0, source=1), LIBRARY["offset"](1)
+    monkeypatch.setattr(_Ladder, "_best", lambda self, evidence, effect, stays: effect if stays else None)
+    effects, dropped = ladder.revise([first], new)
+    assert effects[-1] is new, "what the verdict called for stays"
+    assert (first in effects, dropped) == ((True, []) if kept else (False, [first]))
