@@ -123,7 +123,8 @@ def judge_verdict(
         if (whole := one.score + one.excused)
     )
     predicts = elsewhere is not None and _halves(first.holdout_ratio_after, elsewhere)
-    short = on is not None and _short(max(first.score, pair), on.score)
+    # by none of those believed: two effects hide each other, and the first to be named is not the one that scores most
+    short = on is not None and _short(max(pair, *(one.score for one in strong)), on.score)
     if short and not predicts and not _halves(first.ratio_after, before):
         return Verdict("unknown", True, None, tuple(found[:_MOST]), on, smallest)
     rivals = [other for other in found if other is not first and _is_rival(first, other, evidence.residual)]

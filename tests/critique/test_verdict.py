@@ -127,3 +127,12 @@ def test_what_was_simulated_needs_enough_with_the_hold_out(case, holdout, told):
     judged = replace(case[1].candidate.judged, effect=effect)
     one = replace(case[1], candidate=replace(case[1].candidate, judged=judged), score=25.0, holdout=holdout)
     assert believed(replace(one, stability=0.96, share=0.05)) is told
+
+
+def test_two_effects_that_hide_each_other_are_not_outdone(case):
+    """Found on a blind log: presliding scored most and left the error, asymmetry took it away and scored little."""
+    free = Dependence(1, "q*dq", 10 * case[1].score, 0.5)
+    half = replace(case[1], ratio_after={"q1": 1.0, "q2": 2.1})
+    loud = replace(half, ratio_after=BEFORE, score=12 * half.score)
+    said = verdict(case, [loud, half], depends=[free])
+    assert (said.status, said.sure, said.best) == ("missing", False, half)
