@@ -8,7 +8,12 @@ from rigs import coasting, run, scara, slide, values, waves
 
 from chebid.dynamics import make_dynamics
 from chebid.effects import Motion
-from chebid.simulate import Reference
+from chebid.effects.forward import CREEP
+from chebid.errors import NoAnswerError
+from chebid.model import Model, read_model
+from chebid.model.schema import EffectSpec
+from chebid.results import fitted_values
+from chebid.simulate import Reference, read_reference, simulate
 
 MASS, FORCE = 2.0, 3.0
 ROUNDING = 1e-12  # of lengths near 1 m after some 1000 steps
@@ -176,17 +181,28 @@ def test_agrees_with_time_stepping():
     assert errors[0] < 2e-3 and errors[1] < 0.7 * errors[0]
 
 
-def test_chatter_ends_with_an_error_and_not_never(project):
-    """Found by the hidden-effect study: dry friction of a coupled motor turns with two joints, no event of one."""
-    from chebid.errors import NoAnswerError
-    from chebid.model import read_model
-    from chebid.model.schema import EffectSpec
-    from chebid.results import fitted_values
-    from chebid.simulate import read_reference, simulate
-
+def grown(project, effect: EffectSpec, **more: float) -> tuple[Model, np.ndarray]:
+    """The SCARA of config/ with one effect more, and its parameters."""
     plain = read_model(project / "config/scara.yaml")
-    coupled = EffectSpec(effect="motor_coupling", joint="q1")
-    model = plain.model_copy(update={"effects": (*plain.effects, coupled)})
-    theta = np.append(fitted_values(plain), (0.016, 0.033, 0.084))
+    model = plain.model_copy(update={"effects": (*plain.effects, effect)})
+    return model, values(model, **make_dynamics(plain).named(fitted_values(plain)), **more)
+
+
+def test_the_friction_of_a_motor_of_two_joints(project):
+    """Found by the hidden-effect study: it turns with the sum of two speeds, whose sign is the event of no joint."""
+    model, theta = grown(project, EffectSpec(effect="motor_coupling", joint="q1"), Iam1_2=0.016, Fvm1_2=0.033, Fsm1_2=0.084)
+    for name in ("hidden_motion_1", "hidden_motion_2", "trajectory"):
+        log = simulate(model, theta, read_reference(project / f"data/{name}.csv", model), seed=1)
+        torque = make_dynamics(model).torque(Motion(log.t, log.q_true, log.dq, log.ddq), theta)
+        # where no joint rests and the motor turns: elsewhere it creeps
+        turning = (log.dq != 0).all(axis=1) & (np.abs(log.dq.sum(axis=1)) > 20 * CREEP)
+        assert turning.mean() > 0.3
+        np.testing.assert_allclose(torque[turning], log.torque[turning], atol=1e-10 * np.abs(log.torque).max())
+
+
+def test_chatter_ends_with_an_error_and_not_never(project):
+    """A law of its own with a sign that is the event of no joint."""
+    law = EffectSpec(effect="mine", joint="q2", formula="sign(dq1 + dq2)", symbol="Fm", unit="N.m")
+    model, theta = grown(project, law, Fm2=0.5)
     with pytest.raises(NoAnswerError, match=r"sticks and slips|cannot be followed"):
         simulate(model, theta, read_reference(project / "data/hidden_motion_2.csv", model), seed=1)

@@ -34,6 +34,10 @@ FORWARD = float64(float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR, int64, _VECTOR, _
 BEND = float64(float64, float64, _VECTOR)
 
 
+#: rad/s or m/s: what rubs with the speed of other joints creeps below it, since no stop of one joint would end it
+CREEP = 1e-3
+
+
 class Forward(NamedTuple):
     """`dry`: the function gives a level. An effect that grows with ddq does so linearly: it belongs to the mass."""
 
@@ -158,14 +162,14 @@ def viscous_coupling(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untype
 @njit(FORWARD, cache=True)
 def coulomb_coupling(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-def]
     """Fs sign(dq) of the source: not a level, it does not hold this joint."""
-    return p[0] * np.sign(dq[int(h[0])])
+    return p[0] * math.tanh(dq[int(h[0])] / CREEP)
 
 
 @njit(FORWARD, cache=True)
 def motor_coupling(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-def]
     """h = own joint, source, ratio: on either of the two joints."""
     own, source, ratio = int(h[0]), int(h[1]), h[2]
-    way = np.sign(dq[own] + ratio * dq[source])
+    way = math.tanh((dq[own] + ratio * dq[source]) / CREEP)
     if joint == own:
         return p[0] * ratio * ddq[source] + p[1] * ratio * dq[source] + p[2] * way
     return ratio * (p[0] * ddq[own] + p[1] * dq[own] + p[2] * way)
