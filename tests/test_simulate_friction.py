@@ -190,7 +190,8 @@ def grown(project, effect: EffectSpec, **more: float) -> tuple[Model, np.ndarray
 
 def test_the_friction_of_a_motor_of_two_joints(project):
     """Found by the hidden-effect study: it turns with the sum of two speeds, whose sign is the event of no joint."""
-    model, theta = grown(project, EffectSpec(effect="motor_coupling", joint="q1"), Iam1_2=0.016, Fvm1_2=0.033, Fsm1_2=0.084)
+    motor = EffectSpec(effect="motor_coupling", joint="q1")
+    model, theta = grown(project, motor, Iam1_2=0.016, Fvm1_2=0.033, Fsm1_2=0.084)
     for name in ("hidden_motion_1", "hidden_motion_2", "trajectory"):
         log = simulate(model, theta, read_reference(project / f"data/{name}.csv", model), seed=1)
         torque = make_dynamics(model).torque(Motion(log.t, log.q_true, log.dq, log.ddq), theta)

@@ -70,7 +70,7 @@ def test_the_studies_are_parts_of_each_other(script) -> None:
     """So that a log of one is the same log in another."""
     hiding = script("hiding")
     whole, small, tiny = (hiding.cases(settings(*names)) for names in (["study"], [], ["quick"]))
-    assert len(whole) == len(set(whole)) == 22 * 3 * 4 + 60
+    assert len(whole) == len(set(whole)) == 24 * 3 * 4 + 60
     assert (len(small), len(tiny)) == (24, 2)
     assert set(small) | set(tiny) <= set(whole)
     assert len({motion for case in tiny for motion in hiding.motions_of(case, settings("quick"))}) == 2  # soon found

@@ -18,7 +18,7 @@ from chebid.report.hidden import accuracy_figure, confusion_figure
 
 UNKNOWN, NO_ANSWER = "unknown", "no answer"
 OTHER_JOINT = "other joint"
-_EITHER_JOINT = ("motor_coupling", "torque_gain")  # acts on both; shows only between them
+_EITHER_JOINT = ("torque_gain",)  # shows only between both
 _ALTERNATIVES = 3
 #: column of the summary -> what it means
 ABOUT = {

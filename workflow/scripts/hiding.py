@@ -71,15 +71,17 @@ DRAWS: dict[str, Draw] = {
     "viscous_quadratic": _plain(),
     "viscous_power": _plain(alpha=(0.3, 0.7)),
     "load_friction": _plain(),
+    "presliding": _plain(delta=(0.01, 0.05)),
     "friction_ripple": _waves(3, 9),
     "torque_ripple": _waves(4, 12),
     "spring": lambda random: ({}, [1.0, random.uniform(-0.3, 0.3)]),
     "cubic_spring": _plain(q0=(-0.3, 0.3)),
     "hard_stop": _stop,
     "rotor_inertia": _plain(),
+    "joint_flexibility": _plain(),
+    "backlash": _plain(soft=(0.05, 0.1)),
     "viscous_coupling": _signed(),
     "coulomb_coupling": _signed(),
-    "motor_coupling": lambda random: ({}, [0.01, 0.02, 0.05]),
     "coulomb_drift": _plain(T=(3, 9)),
     "viscous_drift": _plain(T=(3, 9)),
     "payload": _payload,
@@ -150,7 +152,7 @@ def _hide(effect: str, size: float, content: dict[str, Any], random: Random, mot
     values = grown["fit"]["parameters"]
     for name, part in zip(names, direction, strict=True):
         values[name]["value"] = float(f"{size / unit * part:.5g}")
-    if effect == "friction_ripple":  # dry friction is nowhere negative
+    if effect in ("friction_ripple", "presliding"):  # dry friction is nowhere negative
         level = values[f"Fs{grown['joints'].index(told['joint']) + 1}"]
         level["value"] = round(level["value"] + size / unit, 5)
     _write(grown, out)
