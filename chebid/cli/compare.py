@@ -1,12 +1,29 @@
 """`chebid compare`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from chebid.cli.common import Force, Json, Out, Plot, check_files, emit_json, save_figure, warn, write_table
+from chebid.cli.common import (
+    Force,
+    Json,
+    Out,
+    Plot,
+    check_files,
+    emit_json,
+    quoted,
+    save_figure,
+    say,
+    warn,
+    write_table,
+)
 from chebid.errors import UsageError
+
+if TYPE_CHECKING:
+    from chebid.results import Comparisons
+
+_FAILS = 1.5  # times the noise floor: an error that wants an explanation
 
 
 def compare(
@@ -47,3 +64,19 @@ def compare(
         emit_json(results.document())
     else:
         show_comparison(results)
+        if len(models) == 1:
+            _say_next(results, models[0], logs)
+
+
+def _say_next(results: "Comparisons", model: Path, logs: list[Path]) -> None:
+    """Where the model fails worst, and the command that asks why."""
+    found = [
+        (residual.ratio, joint, log)
+        for entry, log in zip(results.entries, logs, strict=True)
+        for joint, residual in entry.residual.items()
+        if residual.ratio is not None
+    ]
+    ratio, joint, log = max(found, default=(0.0, "", model), key=lambda one: one[0])
+    if ratio > _FAILS:
+        worst = f"{joint} on {log}: {ratio:.2g} times the noise floor"
+        say(f"{worst}; next: chebid diagnose {quoted(model)} {quoted(log)}")

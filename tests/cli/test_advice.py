@@ -134,3 +134,15 @@ def test_what_is_not_used_is_grey():
         left_out = ~moving(track, problem.gate)[:, number // 2]
         assert np.mean(inside == left_out) > 0.99  # single samples are not drawn
         assert left_out.mean() > 0.02
+
+
+def test_compare_tells_where_to_ask_why(tmp_path, model):
+    """A spring that the model does not know, and the same log without it."""
+    logged = columns(20.0)
+    plain = write_csv(tmp_path / "plain.csv", **logged)
+    sprung = write_csv(tmp_path / "a spring.csv", **logged | {"tau2": logged["tau2"] + 0.1 * logged["q2"]})
+    fitted = tmp_path / "fitted.yaml"
+    assert chebid("identify", plain, "-m", model, "-o", fitted).status == 0
+    answer = chebid("compare", fitted, plain, sprung)
+    assert re.search(rf"q2 on .* times the noise floor; next: chebid diagnose {fitted} '{sprung}'$", answer.err, re.M)
+    assert "next:" not in chebid("compare", fitted, plain).err
