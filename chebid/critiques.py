@@ -21,6 +21,7 @@ from chebid.critique import (
 from chebid.critique.document import effect_document
 from chebid.dynamics import make_dynamics
 from chebid.effects import Effect
+from chebid.effects.coupling import MotorCoupling
 from chebid.errors import Notice, Place, UsageError
 from chebid.estimators import Estimate, Problem, estimate
 from chebid.log import Log, read_logs
@@ -150,6 +151,10 @@ def _asked(name: str, model: Model) -> list[tuple[type[Effect], int | None]]:
         return [(kind, None)]
     if joint and joint not in model.joints:
         raise UsageError(f"{name!r}: there is no joint {joint!r}", hint=f"choose one of: {', '.join(model.joints)}")
+    if issubclass(kind, MotorCoupling) and not joint:
+        raise UsageError(
+            f"{word} is of one pair of joints", hint=f"name one of them, such as {word}:{model.joints[-1]}"
+        )
     joints = [model.joints.index(joint)] if joint else range(len(model.joints))
     present = {(spec.effect, j) for spec in model.effects for j in ([spec.joint] if spec.joint else model.joints)}
     for j in joints:

@@ -128,14 +128,48 @@ def test_bristles_start_afresh_with_every_log():
 
 def test_links_rest_on_their_springs_at_the_start():
     """The rod of a pendulum lies below its motor by what its weight bends the spring."""
-    row = {"alpha": 0, "a": 0, "d": 0, "theta": 0}
-    rod = {"type": "dh", "convention": "modified", "table": [row], "gravity": [0, -9.81, 0]}
-    model = slide(SPRING, kp=200.0, kd=20.0, robot=rod, joints=["q1"])
+    model = pendulum(SPRING)
     theta = values(model, ZZ1=0.5, MX1=1.0, Fv1=0.5, C1=1 / 500)
     t = np.arange(101) / 100
     log = run(model, theta, Reference(t, np.full((101, 1), 0.4), np.zeros((101, 1))))
     load = 9.81 * np.cos(log.link[0, 0])
     assert log.q_true[0, 0] - log.link[0, 0] == pytest.approx(load / 500, abs=1e-9)
+
+
+def pendulum(effects):
+    row = {"alpha": 0, "a": 0, "d": 0, "theta": 0}
+    rod = {"type": "dh", "convention": "modified", "table": [row], "gravity": [0, -9.81, 0]}
+    return slide(effects, kp=200.0, kd=20.0, robot=rod, joints=["q1"])
+
+
+@pytest.mark.parametrize(
+    ("effects", "others", "ahead"),
+    [
+        (GAP, {"gap1": 0.02}, 1e-3),  # the weight is balanced within the gap
+        (SPRING, {"C1": 0.2}, 1e-3),  # the spring is softer than gravity pulls back
+    ],
+)
+def test_links_rest_where_their_weight_is_balanced(effects, others, ahead):
+    """Found in review: iterating from flank to flank, or away from rest, they swung from the start."""
+    model = pendulum(effects)
+    theta = values(model, ZZ1=0.5, MX1=1.0, **others)
+    bottom = -np.pi / 2
+    motors = np.array([[bottom + ahead], [0.0]])
+    reference = Reference(np.arange(3) / 100, np.repeat(motors[:1], 3, axis=0), np.zeros((3, 1)))
+    start = hung(model, theta, reference).start(make_dynamics(model), theta, motors)
+    weight = 9.81 * np.cos(start[0, 1])
+    pulled = (start[0, 0] - start[0, 1]) / others["C1"] if "C1" in others else 0.0
+    assert weight == pytest.approx(pulled, abs=1e-8)
+    assert abs(start[0, 1] - bottom) < ahead
+
+
+@pytest.mark.parametrize(("compliance", "said"), [(-1e-5, "below zero"), (1e-12, "stiffer than any")])
+def test_what_is_no_spring_is_said(compliance, said):
+    """Found in review: a fit of a rigid joint is below zero half the time; one too stiff had a false reason."""
+    model, plain = (scara(["viscous", "coulomb", *more]) for more in ([on("joint_flexibility", "q2")], []))
+    log = run(model, values(model, C2=compliance), waves(0.5))
+    assert [said in str(notice) for notice in log.notices] == [True]
+    np.testing.assert_array_equal(log.q_true, run(plain, values(plain), waves(0.5)).q_true)
 
 
 @pytest.mark.parametrize(

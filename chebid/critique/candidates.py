@@ -19,6 +19,7 @@ from chebid.critique import transmission
 from chebid.critique.evidence import Evidence, Judged
 from chebid.effects import Effect
 from chebid.effects.channel import TorqueDelay
+from chebid.errors import UsageError
 
 _CHANCE = 0.98
 _DRAWS = 200
@@ -93,12 +94,20 @@ def _forms(settings: Iterable[Effect]) -> Iterable[list[Effect]]:
 
 
 def best_setting(evidence: Evidence, kind: type[Effect], joint: int | None) -> Effect:
-    """The effect of one kind on one joint, its form and hyper-parameters those that explain the logs best."""
+    """The effect of one kind on one joint, its form and hyper-parameters those that explain the logs best.
+
+    Raises UsageError for an effect that has nothing to act on.
+    """
     families = [] if joint is None else list(transmission.families(evidence, {kind.name}, [joint]))
     if not families:
         settings = kind.candidates(evidence.trusted, joint, float(evidence.ground.gate[joint or 0]))
         families = [[evidence.judge(effect) for effect in form] for form in _forms(settings)]
     found = [refined_candidate(evidence, _best(evidence, family, 0.0)) for family in families]
+    if not found:
+        on = "" if joint is None else f" of {evidence.dynamics.joints[joint]}"
+        raise UsageError(
+            f"{kind.name}{on} has nothing to act on", hint="a coupling needs a second joint; saturation, a torque"
+        )
     return max(found, key=lambda c: c.score).effect
 
 

@@ -92,7 +92,7 @@ class _Ladder:
     def revise(self, before: list[Effect], new: Effect) -> tuple[list[Effect], list[Effect]]:
         """Effects moved, replaced or dropped until each is the best in its place; and those dropped.
 
-        The new one stays: the hold-out, too, has called for it.
+        The new one stays: the verdict, which knows the hold-out, too, has called for it.
         """
         effects, dropped = [*before, new], list[Effect]()
         if not before:
@@ -103,15 +103,18 @@ class _Ladder:
             evidence = self.evidence(others)
             best = self._best(evidence, effect, stays=effect is new)
             effects = others if best is None else [*others[:place], best, *others[place:]]
-            if best is None or best.name != effect.name:
+            if best is None or (best.name, best.joint) != (effect.name, effect.joint):
                 dropped.append(effect)
         if dropped and self._error(effects) > _GROWS * self._error([*before, new]):
             return [*before, new], []
         return effects, dropped
 
     def _error(self, effects: list[Effect]) -> float:
-        """Product of the joints' rms."""
-        found = estimate(self.start.under(self.model(effects)), self.method)
+        """Product of the joints' rms; infinite where the logs cannot give the parameters."""
+        try:
+            found = estimate(self.start.under(self.model(effects)), self.method)
+        except (NoAnswerError, InputError):
+            return np.inf
         return float(np.prod([r.rms for r in found.residual.values()]))
 
     def _best(self, evidence: Evidence, effect: Effect, stays: bool) -> Effect | None:

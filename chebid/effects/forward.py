@@ -161,7 +161,7 @@ def viscous_coupling(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untype
 
 @njit(FORWARD, cache=True)
 def coulomb_coupling(t, q, dq, ddq, tau, joint, p, h):  # type: ignore[no-untyped-def]
-    """Fs sign(dq) of the source: not a level, it does not hold this joint."""
+    """Fs sign(dq) of the source, but for creeping: not a level, it does not hold this joint."""
     return p[0] * math.tanh(dq[int(h[0])] / CREEP)
 
 

@@ -2,7 +2,8 @@
 
     B ddq_m + friction + f(q_m - q_l, dq_m - dq_l) = u,    f = the rigid model's torque at q_l, less B ddq_l
 
-with f = K delta + D delta', within a gap 0 and beyond it a stiff contact. The encoder sees the motor. Source: Spong,
+with f = K delta + D delta', within a gap 0 and beyond it a stiff contact. The encoder sees the motor, and every other
+effect acts on it. Source: Spong,
 Modeling and control of elastic joint robots, J. Dyn. Sys. Meas. Control 109 (1987), eq. 8 and 9; the contact: any stiff
 one, since only the gap is known.
 
@@ -14,6 +15,7 @@ the spring, so that a compliance found as if all of it did (the column of `joint
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.optimize
 from numpy.typing import NDArray
 
 from chebid.dynamics import Dynamics
@@ -26,7 +28,8 @@ DAMPING = 0.1  # of the critical, of a link on its spring: harmonic drives have 
 ROTOR = 0.2  # share of a joint's inertia that is its motor's where the model does not say
 _CONTACT_DAMPING = 0.3
 _MOVES = ("payload", "base_tilt")  # effects on the links, which the simulator would put on the motors
-_SETTLES = 50  # iterations to the position at rest
+_RESTS = 1e-6  # of the load at first: what is left of it at rest
+_STIFF = 5e3  # Hz: a motor that would swing faster against its link is taken to be stiff
 _LOOKS = 200  # positions at which the inertia is looked at
 
 
@@ -53,14 +56,26 @@ class Transmission:
         return np.concatenate([x, np.full((*x.shape[:-1], more), fill)], axis=-1)
 
     def start(self, dynamics: Dynamics, theta: Array, motors: Array) -> Array:
-        """Positions and velocities (2, n): of motors (2, J) that are there, and of links at rest on their springs."""
-        hangs = self.link != np.arange(len(self.link))
-        q, rest = motors[0].copy(), np.zeros((1, len(self.link)))
-        for _ in range(_SETTLES if hangs.any() else 0):
-            load = (dynamics.robot.regressor(q[None], rest, rest) @ dynamics.rigid(theta))[0]
-            slack = load / np.where(hangs, self.hung[0], np.inf) + np.sign(load) * self.hung[2] / 2
-            q = motors[0] - slack
-        links = np.stack([q, motors[1]])[:, hangs]
+        """Positions and velocities (2, n): of motors (2, J) that are there, and of links at rest on their springs.
+
+        Links that find no rest start where their motors are, and swing.
+        """
+        hangs = np.flatnonzero(self.link != np.arange(len(self.link)))
+        q = motors[0].copy()
+
+        def unbalance(links: Array) -> Array:
+            """Torque of the transmissions less that of the links at rest."""
+            q[hangs] = links
+            load = dynamics.robot.regressor(q[None], np.zeros((1, len(q))), np.zeros((1, len(q))))[0]
+            ahead, half = motors[0, hangs] - links, self.hung[2, hangs] / 2
+            torque = self.hung[0, hangs] * (ahead - np.clip(ahead, -half, half))
+            return np.asarray(torque - (load @ dynamics.rigid(theta))[hangs])
+
+        links = motors[:, hangs].copy()
+        if hangs.size and np.any(unbalance(links[0])):
+            found = scipy.optimize.root(unbalance, links[0], method="lm", options={"xtol": 1e-12})
+            if np.abs(unbalance(found.x)).max() < _RESTS * np.abs(unbalance(motors[0, hangs])).max():
+                links[0] = found.x
         return np.ascontiguousarray(np.concatenate([motors, links], axis=1))
 
 
@@ -73,20 +88,29 @@ def transmission(model: Model, dynamics: Dynamics, theta: Array, q: Array) -> Tr
     named = {(effect.name, effect.joint): p for effect, p in dynamics.terms(theta)}
     link, hung, notices, last = np.arange(count), np.zeros((4, count)), [], count
     for j, name in enumerate(dynamics.joints):
-        compliance, gap = (max(float(named.get((key, j), [0])[0]), 0.0) for key in ("joint_flexibility", "backlash"))
+        given = [float(named.get((key, j), [0])[0]) for key in ("joint_flexibility", "backlash")]
+        if min(given) < 0:
+            text = f"{name}: its compliance or gap is below zero, and is taken to be none"
+            notices.append(Notice("stiff_joint", text, Place(str(model.path), key="fit")))
+        compliance, gap = (max(value, 0.0) for value in given)
         if compliance == gap == 0:
             continue
         _check(model, dynamics, named, j)
         inertia = float(_inertia(dynamics, theta, q[:: max(1, len(q) // _LOOKS)], j).min())
         share = 0.0 if ("rotor_inertia", j) in named else ROTOR
+        ratio = DAMPING if compliance else _CONTACT_DAMPING
+        own = (1 - share) * inertia
+        stiffness = 1 / compliance if compliance else own * (2 * np.pi * CONTACT) ** 2
+        rotor = share * inertia or float(named["rotor_inertia", j][0])
+        if stiffness * (1 / own + 1 / rotor) > (2 * np.pi * _STIFF) ** 2:
+            text = f"{name}: its spring is stiffer than any that a drive excites, and is taken to be none"
+            notices.append(Notice("stiff_joint", text, Place(str(model.path), key="fit")))
+            continue
         if share:
             text = (
                 f"{name}: {100 * share:.0f} % of its inertia are taken to be its motor's, {share * inertia:.3g} in SI"
             )
             notices.append(Notice("assumed_rotor", text, Place(str(model.path), key="effects")))
-        ratio = DAMPING if compliance else _CONTACT_DAMPING
-        own = (1 - share) * inertia
-        stiffness = 1 / compliance if compliance else own * (2 * np.pi * CONTACT) ** 2
         hung[:, j] = stiffness, 2 * ratio * np.sqrt(stiffness * own), gap, share * inertia
         link[j], last = last, last + 1
     return Transmission(link, hung, tuple(notices))

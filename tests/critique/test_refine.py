@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 import yaml
-from arms import SCARA, make_model, write_log
+from arms import SCARA, make_log, make_model, write_log
 from command import chebid
 from critique.hidden import KINDS, hidden_log, moves, on, sines
 
 from chebid.critique import addable_kinds, refine, settle_hyper
 from chebid.effects import LIBRARY
+from chebid.errors import UsageError
 from chebid.estimators import Problem
 from chebid.model import Model, read_model
 
@@ -175,7 +176,25 @@ def test_an_effect_is_not_exchanged_where_the_error_grows(monkeypatch, hidden, k
     log = hidden_log(sines(5), on(0, hidden), seed=3)
     ladder = _Ladder(Problem(make_model(), (log,)), None, kinds, "poly", 0)
     first, new = LIBRARY["viscous_coupling"](0, source=1), LIBRARY["offset"](1)
-    monkeypatch.setattr(_Ladder, "_best", lambda self, evidence, effect, stays: effect if stays else None)
-    effects, dropped = ladder.revise([first], new)
-    assert effects[-1] is new, "what the verdict called for stays"
-    assert (first in effects, dropped) == ((True, []) if kept else (False, [first]))
+    for instead in (None, LIBRARY["viscous_coupling"](1, source=0)):  # nothing; the same on another joint
+        best = lambda self, evidence, effect, stays, instead=instead: effect if stays else instead  # noqa: E731
+        monkeypatch.setattr(_Ladder, "_best", best)
+        effects, dropped = ladder.revise([first], new)
+        assert effects[-1] is new, "what the verdict called for stays"
+        assert (first in effects, dropped) == ((True, []) if kept else (False, [first]))
+
+
+def test_what_has_nothing_to_act_on_is_said():
+    """Found in review: a coupling on an arm of one joint ended in a traceback."""
+    (whole,) = hidden_log(sines(5), seed=3).records
+    one = make_log(whole.t, whole.q[:, :1], whole.tau[:, :1], ["q1"])
+    model = make_model({"robot": {"type": "axes", "types": ["revolute"]}, "joints": ["q1"], "effects": ["viscous"]})
+    for name in ("viscous_coupling", "motor_coupling"):
+        with pytest.raises(UsageError, match=f"{name} of q1 has nothing to act on"):
+            settle_hyper(Problem(model, (one,)), [(LIBRARY[name], 0)])
+
+
+def test_a_motor_of_two_joints_wants_one_of_them_named(folder):
+    answer = chebid("add", folder / "log.yaml", "motor_coupling", folder / "log.csv", "-o", folder / "no.yaml")
+    assert answer.status == 2
+    assert "motor_coupling:" in answer.hint

@@ -155,7 +155,10 @@ def markdown(numbers: pd.DataFrame) -> str:
 
 
 def explained(names: Sequence[str]) -> list[str]:
-    strength = "rms torque that rigid links, viscous and Coulomb friction cannot explain, over the torque noise"
+    strength = (
+        "rms torque that rigid links, viscous and Coulomb friction cannot explain, over the torque noise; of a spring "
+        "or a gap behind the motor to first order, which is less than it does"
+    )
     return [f"- strength: {strength}", *(f"- {name}: {ABOUT[name]}" for name in names)]
 
 
